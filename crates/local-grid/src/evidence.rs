@@ -1,6 +1,17 @@
+mod bayes;
+mod dempster_shafer;
+mod union;
+
+pub use bayes::Bayes;
+pub use dempster_shafer::DempsterShafer;
+pub use union::Union;
+
 /// What one reading says of one cell: degrees in `[0, 1]` to which it is empty and to which it is occupied.
 ///
 /// The two need not add up to one: what is missing is ignorance, what is too much is contradiction.
+/// Read as masses of belief they are the input of Dempster's rule; read through their pignistic probability
+/// `P(occupied) = (1 + occupied − empty) / 2` they are the input of Bayes' rule. So one sensor model feeds all three
+/// calculi with the same statement, which is what a fair comparison of calculi needs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Evidence {
@@ -10,16 +21,28 @@ pub struct Evidence {
     pub occupied: f32,
 }
 
+impl Evidence {
+    /// Whether the reading says nothing of the cell.
+    #[must_use]
+    pub fn is_nothing(&self) -> bool {
+        self.empty == 0.0 && self.occupied == 0.0
+    }
+}
+
 /// How a cell holds and fuses evidence. `Default` is "nothing known".
 pub trait Cell: Copy + Default {
     /// Takes one more piece of evidence into account.
     fn fuse(&mut self, evidence: Evidence);
+
+    /// What is known of the cell: degrees to which it is empty and occupied, in `[0, 1]`.
+    fn known(&self) -> Evidence;
 }
 
 /// A cell of the fuzzy gridmap: membership in the set of empty cells and in the set of occupied cells, kept apart.
 ///
 /// Evidence is united with the algebraic sum `a ∪ b = a + b − ab` (Oriolo, Ulivi & Vendittelli 1997), which is
 /// commutative and associative, so that a map does not depend on the order of its readings.
+/// [`Fuzzy::unite`] takes another union.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Fuzzy {
@@ -29,16 +52,22 @@ pub struct Fuzzy {
     pub occupied: f32,
 }
 
-impl Cell for Fuzzy {
-    fn fuse(&mut self, evidence: Evidence) {
-        self.empty = algebraic_sum(self.empty, evidence.empty);
-        self.occupied = algebraic_sum(self.occupied, evidence.occupied);
+impl Fuzzy {
+    /// Takes one more piece of evidence into account with a union of choice.
+    pub fn unite(&mut self, evidence: Evidence, union: Union) {
+        self.empty = union.of(self.empty, evidence.empty);
+        self.occupied = union.of(self.occupied, evidence.occupied);
     }
 }
 
-/// The algebraic sum `a + b − ab`, written so that the result never leaves `[0, 1]` by rounding.
-fn algebraic_sum(a: f32, b: f32) -> f32 {
-    1.0 - (1.0 - a) * (1.0 - b)
+impl Cell for Fuzzy {
+    fn fuse(&mut self, evidence: Evidence) {
+        self.unite(evidence, Union::Algebraic);
+    }
+
+    fn known(&self) -> Evidence {
+        Evidence { empty: self.empty, occupied: self.occupied }
+    }
 }
 
 #[cfg(test)]

@@ -4,12 +4,18 @@ mod evidence;
 mod frame;
 mod grid;
 mod heading;
+mod integrate;
+pub mod raster;
 mod scan;
+mod sensor;
 
-pub use evidence::{Cell, Evidence, Fuzzy};
+pub use evidence::{Bayes, Cell, DempsterShafer, Evidence, Fuzzy, Union};
 pub use frame::{FrameError, GridFrame};
 pub use grid::{FuzzyGrid, Grid};
 pub use heading::Heading;
 pub use scan::{Beam, RangeSensor, Reading, Scan, ScanError, SensorError, SensorKind};
+pub use sensor::{
+    AngularProfile, BeamPoint, Footprint, LaserRay, ModelError, SensorModel, SonarCone, SonarRegions, Sounding,
+};
 
 pub use nalgebra;

@@ -1,0 +1,5 @@
+//! Behaviour of the crate as its users see it.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod sonar_model;
