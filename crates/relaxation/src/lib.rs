@@ -1,7 +1,25 @@
-//! Globally consistent coordinates from displacements between places.
+#![doc = include_str!("../README.md")]
+
+pub use nalgebra;
+
+mod spring;
+
+mod network;
+
+mod certificate;
+mod solver;
+
+mod gauss_seidel;
+
+mod direct;
 
 pub mod g2o;
 mod pose;
 
-pub use nalgebra;
+pub use certificate::{forces, gap_bound};
+pub use direct::{Direct, DirectFactor, SolveError, optimum};
+pub use gauss_seidel::{GaussSeidel, SweepOrder, sweep};
+pub use network::{Anchor, Network, NetworkError};
 pub use pose::{Pose, wrap};
+pub use solver::{RelaxOptions, Relaxed, Solver, relax};
+pub use spring::Spring;

@@ -1,0 +1,5 @@
+//! Behaviour of the crate, one module per subject.
+#![expect(clippy::unwrap_used, reason = "a test may stop where it fails")]
+
+mod bad_input;
+mod hand_cases;
