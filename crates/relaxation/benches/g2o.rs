@@ -12,8 +12,7 @@ fn text() -> String {
     let mut random = Pcg64Mcg::new(7);
     let mut text = String::new();
     let mut value = |text: &mut String, size: f64| {
-        write!(text, " {:.6}", size * (2.0 * random.random::<f64>() - 1.0))
-            .expect("a string takes all");
+        write!(text, " {:.6}", size * (2.0 * random.random::<f64>() - 1.0)).expect("a string takes all");
     };
     for id in 0..100_000 {
         write!(text, "VERTEX_SE2 {id}").expect("a string takes all");
@@ -37,9 +36,8 @@ fn reading(c: &mut Criterion) {
     let mut group = c.benchmark_group("g2o");
     group.throughput(Throughput::Bytes(text.len() as u64));
     group.sample_size(10);
-    group.bench_function("read", |b| {
-        b.iter(|| relaxation::g2o::read(black_box(text.as_bytes())).expect("well-formed"))
-    });
+    group
+        .bench_function("read", |b| b.iter(|| relaxation::g2o::read(black_box(text.as_bytes())).expect("well-formed")));
     group.finish();
 }
 

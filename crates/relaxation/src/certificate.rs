@@ -66,8 +66,8 @@ pub(crate) fn energy_floor(network: &Network, positions: &[Point2<f64>]) -> f64 
         .iter()
         .enumerate()
         .map(|(index, s)| {
-            let doubt = f64::EPSILON
-                * (size(&positions[s.from].coords) + size(&positions[s.to].coords) + size(&s.rest));
+            let doubt =
+                f64::EPSILON * (size(&positions[s.from].coords) + size(&positions[s.to].coords) + size(&s.rest));
             let information: Matrix2<f64> = network.information(index);
             4.0 * doubt * doubt * information.trace()
         })

@@ -31,10 +31,9 @@ impl Solver for Direct {
         match DirectFactor::new(network) {
             Ok(factor) => factor.solve(network, start),
             // Weights so far apart that a pivot rounds away: eliminating spring by spring subtracts nothing and cannot fail.
-            Err(_) => Relaxed {
-                converged: false,
-                ..Relaxed::judged(network, network.usable_start(start), 0, tolerance)
-            },
+            Err(_) => {
+                Relaxed { converged: false, ..Relaxed::judged(network, network.usable_start(start), 0, tolerance) }
+            }
         }
     }
 }
@@ -57,13 +56,8 @@ impl Solver for Direct {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn optimum(network: &Network) -> Result<Vec<Point2<f64>>, SolveError> {
-    let positions = DirectFactor::new(network)?
-        .solve(network, &network.dead_reckoning())
-        .positions;
-    match positions
-        .iter()
-        .position(|p| !(p.x.is_finite() && p.y.is_finite()))
-    {
+    let positions = DirectFactor::new(network)?.solve(network, &network.dead_reckoning()).positions;
+    match positions.iter().position(|p| !(p.x.is_finite() && p.y.is_finite())) {
         Some(node) => Err(SolveError::NotFinite { node }),
         None => Ok(positions),
     }
@@ -76,9 +70,7 @@ pub fn optimum(network: &Network) -> Result<Vec<Point2<f64>>, SolveError> {
 #[non_exhaustive]
 pub enum SolveError {
     /// Rounding made the normal matrix indefinite: the stiffnesses are too far apart for a general factorisation.
-    #[error(
-        "the stiffnesses of the springs are too far apart: the matrix is not positive definite in 64-bit numbers"
-    )]
+    #[error("the stiffnesses of the springs are too far apart: the matrix is not positive definite in 64-bit numbers")]
     NotPositiveDefinite,
     /// The network is too large for the memory or the indices of the factorisation.
     #[error("the factor of {nodes} nodes is too large for this machine")]
@@ -119,31 +111,17 @@ impl DirectFactor {
     ///
     /// Stiffnesses too far apart for 64-bit numbers, or a factor too large for the machine.
     pub fn new(network: &Network) -> Result<Self, SolveError> {
-        let too_large = SolveError::TooLarge {
-            nodes: network.len(),
-        };
+        let too_large = SolveError::TooLarge { nodes: network.len() };
         let (unknown, unknowns) = number(network);
         let mut pairs = Vec::new();
-        for_each_entry(network, &unknown, |row, column, _| {
-            pairs.push(Pair::new(row, column))
-        });
+        for_each_entry(network, &unknown, |row, column, _| pairs.push(Pair::new(row, column)));
         let (pattern, argsort) =
-            SymbolicSparseColMat::try_new_from_indices(unknowns, unknowns, &pairs)
-                .map_err(|_| too_large.clone())?;
+            SymbolicSparseColMat::try_new_from_indices(unknowns, unknowns, &pairs).map_err(|_| too_large.clone())?;
         let symbolic = SymbolicLlt::try_new(pattern.rb(), Side::Lower).map_err(|_| too_large)?;
         let numeric = factor(network, &unknown, &pattern, &argsort, &symbolic)?;
         let isotropic = network.is_isotropic();
         let ends = active_ends(network).collect();
-        Ok(Self {
-            unknown,
-            unknowns,
-            isotropic,
-            ends,
-            pattern,
-            argsort,
-            symbolic,
-            numeric,
-        })
+        Ok(Self { unknown, unknowns, isotropic, ends, pattern, argsort, symbolic, numeric })
     }
 
     /// Factors again, with the weights of `network`: the same nodes, anchors and springs, some of them perhaps re-weighted.
@@ -161,13 +139,7 @@ impl DirectFactor {
         {
             return Err(SolveError::OtherShape);
         }
-        self.numeric = factor(
-            network,
-            &unknown,
-            &self.pattern,
-            &self.argsort,
-            &self.symbolic,
-        )?;
+        self.numeric = factor(network, &unknown, &self.pattern, &self.argsort, &self.symbolic)?;
         Ok(())
     }
 
@@ -189,15 +161,10 @@ impl DirectFactor {
     /// One Newton step, exact but for rounding: `p ← p + A⁻¹ r`.
     fn correct(&self, network: &Network, positions: &mut [Point2<f64>]) {
         let forces = forces(network, positions);
-        let free =
-            |node: usize| (self.unknown[node] != u32::MAX).then_some(self.unknown[node] as usize);
+        let free = |node: usize| (self.unknown[node] != u32::MAX).then_some(self.unknown[node] as usize);
         let mut rhs = Mat::<f64>::zeros(self.unknowns, if self.isotropic { 2 } else { 1 });
         let place = |at: usize, axis: usize| {
-            if self.isotropic {
-                (at, axis)
-            } else {
-                (at + axis, 0)
-            }
+            if self.isotropic { (at, axis) } else { (at + axis, 0) }
         };
         for (node, force) in forces.iter().enumerate() {
             if let Some(at) = free(node) {
@@ -219,11 +186,7 @@ impl DirectFactor {
 pub(crate) fn reckoned_from(network: &Network, start: &[Point2<f64>]) -> Vec<Point2<f64>> {
     let start = network.usable_start(start);
     let mut positions = network.dead_reckoning();
-    let shifts: Vec<_> = network
-        .anchors()
-        .iter()
-        .map(|a| start[a.node] - a.position)
-        .collect();
+    let shifts: Vec<_> = network.anchors().iter().map(|a| start[a.node] - a.position).collect();
     for (node, position) in positions.iter_mut().enumerate() {
         *position += shifts[network.component(node)];
     }
@@ -250,9 +213,7 @@ fn number(network: &Network) -> (Vec<u32>, usize) {
 /// The nodes that each spring of positive weight joins.
 fn active_ends(network: &Network) -> impl Iterator<Item = (usize, usize)> {
     let springs = network.springs().iter().enumerate();
-    springs
-        .filter(|&(index, _)| network.weight(index) > 0.0)
-        .map(|(_, s)| (s.from, s.to))
+    springs.filter(|&(index, _)| network.weight(index) > 0.0).map(|(_, s)| (s.from, s.to))
 }
 
 /// Every entry of the lower triangle of the normal matrix, spring by spring; entries of one place are to be summed.
@@ -290,15 +251,9 @@ fn factor(
     let mut values = Vec::new();
     for_each_entry(network, unknown, |_, _, value| values.push(value));
     let matrix = faer::sparse::SparseColMat::new_from_argsort(pattern.clone(), argsort, &values)
-        .map_err(|_| SolveError::TooLarge {
-            nodes: network.len(),
-        })?;
-    Llt::try_new_with_symbolic(symbolic.clone(), matrix.rb(), Side::Lower).map_err(|error| {
-        match error {
-            LltError::Numeric(_) => SolveError::NotPositiveDefinite,
-            LltError::Generic(_) => SolveError::TooLarge {
-                nodes: network.len(),
-            },
-        }
+        .map_err(|_| SolveError::TooLarge { nodes: network.len() })?;
+    Llt::try_new_with_symbolic(symbolic.clone(), matrix.rb(), Side::Lower).map_err(|error| match error {
+        LltError::Numeric(_) => SolveError::NotPositiveDefinite,
+        LltError::Generic(_) => SolveError::TooLarge { nodes: network.len() },
     })
 }

@@ -49,22 +49,12 @@ impl Solver for GaussSeidel {
     }
 
     fn solve(&self, network: &Network, start: &[Point2<f64>]) -> Relaxed {
-        let _span = tracing::debug_span!(
-            "relax",
-            nodes = network.len(),
-            springs = network.springs().len()
-        )
-        .entered();
+        let _span = tracing::debug_span!("relax", nodes = network.len(), springs = network.springs().len()).entered();
         let rows = network.rows();
-        iterate(
-            network,
-            start,
-            &self.options,
-            |sweep, positions| match self.order {
-                SweepOrder::Symmetric if sweep % 2 == 1 => rows.sweep_backward(positions),
-                _ => rows.sweep_forward(positions),
-            },
-        )
+        iterate(network, start, &self.options, |sweep, positions| match self.order {
+            SweepOrder::Symmetric if sweep % 2 == 1 => rows.sweep_backward(positions),
+            _ => rows.sweep_forward(positions),
+        })
     }
 }
 
@@ -98,20 +88,11 @@ pub(crate) fn iterate(
             step(sweep, &mut positions);
         }
         report = Relaxed::judged(network, positions, until, options.tolerance);
-        tracing::trace!(
-            sweeps = report.sweeps,
-            energy = report.energy,
-            gap = report.gap
-        );
+        tracing::trace!(sweeps = report.sweeps, energy = report.energy, gap = report.gap);
         if !report.energy.is_finite() {
             break;
         }
     }
-    tracing::debug!(
-        sweeps = report.sweeps,
-        energy = report.energy,
-        gap = report.gap,
-        converged = report.converged
-    );
+    tracing::debug!(sweeps = report.sweeps, energy = report.energy, gap = report.gap, converged = report.converged);
     report
 }

@@ -90,10 +90,7 @@ impl Network {
     /// As [`new`](Self::new).
     pub fn from_vec(nodes: usize, springs: Vec<Spring>) -> Result<Self, NetworkError> {
         if nodes >= u32::MAX as usize || springs.len() > (u32::MAX / 2) as usize {
-            return Err(NetworkError::TooLarge {
-                nodes,
-                springs: springs.len(),
-            });
+            return Err(NetworkError::TooLarge { nodes, springs: springs.len() });
         }
         let mut isotropic = true;
         for (index, spring) in springs.iter().enumerate() {
@@ -101,12 +98,7 @@ impl Network {
             check(index, spring, nodes)?;
         }
         let components = Components::new(nodes, springs.iter().map(|s| (s.from, s.to)));
-        Ok(Self::assembled(
-            Arc::new(springs),
-            None,
-            isotropic,
-            components,
-        ))
+        Ok(Self::assembled(Arc::new(springs), None, isotropic, components))
     }
 
     fn assembled(
@@ -133,12 +125,7 @@ impl Network {
     /// An anchor that does not exist or is nowhere (NaN), or two anchors in one component.
     pub fn with_anchors(self, anchors: &[Anchor]) -> Result<Self, NetworkError> {
         let components = self.components.with_anchors(anchors)?;
-        Ok(Self::assembled(
-            self.springs,
-            self.weights,
-            self.isotropic,
-            components,
-        ))
+        Ok(Self::assembled(self.springs, self.weights, self.isotropic, components))
     }
 
     /// The same springs with each one's information (inverse covariance) multiplied by its weight.
@@ -152,27 +139,14 @@ impl Network {
     /// Another number of weights than springs, or a weight that is negative or not finite.
     pub fn reweighted(&self, weights: &[f64]) -> Result<Self, NetworkError> {
         if weights.len() != self.springs.len() {
-            return Err(NetworkError::WeightCount {
-                springs: self.springs.len(),
-                weights: weights.len(),
-            });
+            return Err(NetworkError::WeightCount { springs: self.springs.len(), weights: weights.len() });
         }
-        if let Some((spring, &weight)) = weights
-            .iter()
-            .enumerate()
-            .find(|(_, w)| !(w.is_finite() && **w >= 0.0))
-        {
+        if let Some((spring, &weight)) = weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w >= 0.0)) {
             return Err(NetworkError::WeightInvalid { spring, weight });
         }
         let active = self.springs.iter().zip(weights).filter(|(_, w)| **w > 0.0);
-        let components = Components::new(self.len(), active.map(|(s, _)| (s.from, s.to)))
-            .inheriting(self.anchors());
-        Ok(Self::assembled(
-            Arc::clone(&self.springs),
-            Some(weights.into()),
-            self.isotropic,
-            components,
-        ))
+        let components = Components::new(self.len(), active.map(|(s, _)| (s.from, s.to))).inheriting(self.anchors());
+        Ok(Self::assembled(Arc::clone(&self.springs), Some(weights.into()), self.isotropic, components))
     }
 
     /// How many nodes there are.
@@ -241,8 +215,7 @@ impl Network {
         let tree = self.tree();
         for &node in &tree.order[self.components()..] {
             let parent = tree.parent[node as usize];
-            positions[node as usize] =
-                positions[parent.node as usize] + self.rest_from(parent.node, parent.spring);
+            positions[node as usize] = positions[parent.node as usize] + self.rest_from(parent.node, parent.spring);
         }
         positions
     }
@@ -258,9 +231,7 @@ impl Network {
         // Summed in blocks, so that rounding grows with the square root of a million springs at worst, not with their number.
         let blocks = (0..self.springs.len()).step_by(BLOCK).map(|first| {
             let last = (first + BLOCK).min(self.springs.len());
-            (first..last)
-                .map(|index| self.spring_energy(index, positions))
-                .sum::<f64>()
+            (first..last).map(|index| self.spring_energy(index, positions)).sum::<f64>()
         });
         blocks.sum()
     }
@@ -283,16 +254,11 @@ impl Network {
     // --- What the solvers see. ---
 
     pub(crate) fn adjacency(&self) -> &Adjacency {
-        self.adjacency.get_or_init(|| {
-            Adjacency::new(self.len(), &self.springs, |spring| {
-                self.weight(spring) > 0.0
-            })
-        })
+        self.adjacency.get_or_init(|| Adjacency::new(self.len(), &self.springs, |spring| self.weight(spring) > 0.0))
     }
 
     pub(crate) fn tree(&self) -> &SpanningTree {
-        self.tree
-            .get_or_init(|| SpanningTree::new(self.len(), self.adjacency(), self.anchors()))
+        self.tree.get_or_init(|| SpanningTree::new(self.len(), self.adjacency(), self.anchors()))
     }
 
     pub(crate) fn rows(&self) -> &SweepRows {
@@ -302,11 +268,7 @@ impl Network {
     /// The displacement along `spring` for one who leaves `node`.
     pub(crate) fn rest_from(&self, node: u32, spring: u32) -> Vector2<f64> {
         let s = &self.springs[spring as usize];
-        if s.from == node as usize {
-            s.rest
-        } else {
-            -s.rest
-        }
+        if s.from == node as usize { s.rest } else { -s.rest }
     }
 
     /// Stiffness of an isotropic spring, weight included.
@@ -335,11 +297,7 @@ impl Network {
             return start.to_vec();
         }
         let reckoned = self.dead_reckoning();
-        start
-            .iter()
-            .zip(reckoned)
-            .map(|(&given, reckoned)| if is_finite(&given) { given } else { reckoned })
-            .collect()
+        start.iter().zip(reckoned).map(|(&given, reckoned)| if is_finite(&given) { given } else { reckoned }).collect()
     }
 }
 
@@ -354,11 +312,7 @@ fn is_finite(p: &Point2<f64>) -> bool {
 fn check(index: usize, spring: &Spring, nodes: usize) -> Result<(), NetworkError> {
     for node in [spring.from, spring.to] {
         if node >= nodes {
-            return Err(NetworkError::NodeOutOfRange {
-                spring: index,
-                node,
-                nodes,
-            });
+            return Err(NetworkError::NodeOutOfRange { spring: index, node, nodes });
         }
     }
     let u = &spring.covariance;
@@ -366,25 +320,14 @@ fn check(index: usize, spring: &Spring, nodes: usize) -> Result<(), NetworkError
     let definite = u.m11 > 0.0 && u.m22 > 0.0 && u.m11 * u.m22 > u.m12 * u.m21;
     // Rounding of a rotated covariance may tell the two mixed terms apart in the last digits.
     let symmetric = (u.m12 - u.m21).abs() <= 1e-9 * u.m11.max(u.m22);
-    let invertible =
-        information.iter().chain(u.iter()).all(|v| v.is_finite()) && information.m11 > 0.0;
+    let invertible = information.iter().chain(u.iter()).all(|v| v.is_finite()) && information.m11 > 0.0;
     // An isotropic variance below 1e-162 has a product of variances that underflows, and is right all the same.
     if !(symmetric && invertible && (definite || (spring.is_isotropic() && u.m11 > 0.0))) {
         let [xx, xy, yx, yy] = [u.m11, u.m12, u.m21, u.m22];
-        return Err(NetworkError::CovarianceNotPositiveDefinite {
-            spring: index,
-            xx,
-            xy,
-            yx,
-            yy,
-        });
+        return Err(NetworkError::CovarianceNotPositiveDefinite { spring: index, xx, xy, yx, yy });
     }
     if !spring.rest.dot(&(information * spring.rest)).is_finite() {
-        return Err(NetworkError::RestNotFinite {
-            spring: index,
-            x: spring.rest.x,
-            y: spring.rest.y,
-        });
+        return Err(NetworkError::RestNotFinite { spring: index, x: spring.rest.x, y: spring.rest.y });
     }
     Ok(())
 }

@@ -48,11 +48,7 @@ impl Pose {
     #[must_use]
     pub fn inverse(self) -> Self {
         let (sin, cos) = self.heading.sin_cos();
-        Self {
-            x: -cos * self.x - sin * self.y,
-            y: sin * self.x - cos * self.y,
-            heading: wrap(-self.heading),
-        }
+        Self { x: -cos * self.x - sin * self.y, y: sin * self.x - cos * self.y, heading: wrap(-self.heading) }
     }
 
     /// `self⁻¹ * other`: where `other` lies as seen from `self`.
@@ -60,11 +56,7 @@ impl Pose {
     pub fn between(self, other: Self) -> Self {
         let (sin, cos) = self.heading.sin_cos();
         let (dx, dy) = (other.x - self.x, other.y - self.y);
-        Self {
-            x: cos * dx + sin * dy,
-            y: -sin * dx + cos * dy,
-            heading: wrap(other.heading - self.heading),
-        }
+        Self { x: cos * dx + sin * dy, y: -sin * dx + cos * dy, heading: wrap(other.heading - self.heading) }
     }
 
     /// The translation part, metres.
@@ -117,11 +109,7 @@ mod tests {
         assert_relative_eq!(back.y, b.y, epsilon = 1e-14);
         assert_relative_eq!(back.heading, b.heading, epsilon = 1e-14);
         let unit = a.compose(a.inverse());
-        assert_relative_eq!(
-            unit.x.hypot(unit.y) + unit.heading.abs(),
-            0.0,
-            epsilon = 1e-14
-        );
+        assert_relative_eq!(unit.x.hypot(unit.y) + unit.heading.abs(), 0.0, epsilon = 1e-14);
     }
 
     #[test]

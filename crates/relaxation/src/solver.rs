@@ -41,22 +41,11 @@ pub struct Relaxed {
 
 impl Relaxed {
     /// Measures `positions`: their energy, and how far above the optimum it can be.
-    pub(crate) fn judged(
-        network: &Network,
-        positions: Vec<Point2<f64>>,
-        sweeps: usize,
-        tolerance: f64,
-    ) -> Self {
+    pub(crate) fn judged(network: &Network, positions: Vec<Point2<f64>>, sweeps: usize, tolerance: f64) -> Self {
         let energy = network.energy(&positions);
         let gap = gap_bound(network, &positions);
         let converged = gap <= tolerance * energy || gap <= energy_floor(network, &positions);
-        Self {
-            positions,
-            sweeps,
-            converged,
-            energy,
-            gap,
-        }
+        Self { positions, sweeps, converged, energy, gap }
     }
 }
 
@@ -77,10 +66,7 @@ pub struct RelaxOptions {
 
 impl Default for RelaxOptions {
     fn default() -> Self {
-        Self {
-            max_sweeps: 20_000,
-            tolerance: 1e-9,
-        }
+        Self { max_sweeps: 20_000, tolerance: 1e-9 }
     }
 }
 
@@ -113,9 +99,5 @@ impl Default for RelaxOptions {
 /// ```
 #[must_use]
 pub fn relax(network: &Network, start: &[Point2<f64>], options: &RelaxOptions) -> Relaxed {
-    GaussSeidel {
-        options: *options,
-        ..GaussSeidel::default()
-    }
-    .solve(network, start)
+    GaussSeidel { options: *options, ..GaussSeidel::default() }.solve(network, start)
 }

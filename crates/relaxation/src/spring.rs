@@ -29,12 +29,7 @@ impl Spring {
     /// A spring equally sure in every direction: `variance` in square metres, per axis.
     #[must_use]
     pub fn isotropic(from: usize, to: usize, rest: Vector2<f64>, variance: f64) -> Self {
-        Self {
-            from,
-            to,
-            rest,
-            covariance: Matrix2::from_diagonal_element(variance),
-        }
+        Self { from, to, rest, covariance: Matrix2::from_diagonal_element(variance) }
     }
 
     /// A spring from what a robot with a compass measures: it drove `distance` metres towards `heading` (radians
@@ -44,32 +39,13 @@ impl Spring {
     /// U = R(heading) diag(distance_sigma², (distance · heading_sigma)²) R(heading)ᵀ
     /// ```
     #[must_use]
-    pub fn polar(
-        from: usize,
-        to: usize,
-        distance: f64,
-        heading: f64,
-        distance_sigma: f64,
-        heading_sigma: f64,
-    ) -> Self {
+    pub fn polar(from: usize, to: usize, distance: f64, heading: f64, distance_sigma: f64, heading_sigma: f64) -> Self {
         let (sin, cos) = heading.sin_cos();
-        let (along, across) = (
-            distance_sigma * distance_sigma,
-            (distance * heading_sigma).powi(2),
-        );
+        let (along, across) = (distance_sigma * distance_sigma, (distance * heading_sigma).powi(2));
         let mixed = (along - across) * sin * cos;
-        let covariance = Matrix2::new(
-            along * cos * cos + across * sin * sin,
-            mixed,
-            mixed,
-            along * sin * sin + across * cos * cos,
-        );
-        Self {
-            from,
-            to,
-            rest: Vector2::new(distance * cos, distance * sin),
-            covariance,
-        }
+        let covariance =
+            Matrix2::new(along * cos * cos + across * sin * sin, mixed, mixed, along * sin * sin + across * cos * cos);
+        Self { from, to, rest: Vector2::new(distance * cos, distance * sin), covariance }
     }
 
     /// Whether the spring is equally sure in every direction, exactly.

@@ -14,10 +14,7 @@ fn spring(x: f64, variance: f64) -> Spring {
 #[test]
 fn errors_name_the_spring_and_the_value() {
     let good = spring(1.0, 1.0);
-    assert_eq!(
-        refused(1, &[good]),
-        "spring 0: node 1 does not exist, the network has 1 nodes (numbered from 0)"
-    );
+    assert_eq!(refused(1, &[good]), "spring 0: node 1 does not exist, the network has 1 nodes (numbered from 0)");
     assert_eq!(
         refused(2, &[good, spring(f64::NAN, 1.0)]),
         "spring 1: displacement must be finite and its energy too, got (NaN, 0) m"
@@ -30,12 +27,7 @@ fn errors_name_the_spring_and_the_value() {
 
 #[test]
 fn covariances_that_are_none_are_refused() {
-    let with = |covariance| Spring {
-        from: 0,
-        to: 1,
-        rest: Vector2::new(1.0, 0.0),
-        covariance,
-    };
+    let with = |covariance| Spring { from: 0, to: 1, rest: Vector2::new(1.0, 0.0), covariance };
     for covariance in [
         Matrix2::zeros(),
         Matrix2::new(1.0, 0.0, 0.0, 0.0),
@@ -48,10 +40,7 @@ fn covariances_that_are_none_are_refused() {
     ] {
         let error = Network::new(2, &[with(covariance)]).unwrap_err();
         assert!(
-            matches!(
-                error,
-                NetworkError::CovarianceNotPositiveDefinite { spring: 0, .. }
-            ),
+            matches!(error, NetworkError::CovarianceNotPositiveDefinite { spring: 0, .. }),
             "{covariance}: {error}"
         );
     }
@@ -60,38 +49,14 @@ fn covariances_that_are_none_are_refused() {
 #[test]
 fn anchors_and_weights_are_checked() {
     let network = Network::new(3, &[spring(1.0, 1.0)]).unwrap();
-    let anchor = |node, x| Anchor {
-        node,
-        position: Point2::new(x, 0.0),
-    };
-    let refused = |anchors: &[Anchor]| {
-        network
-            .clone()
-            .with_anchors(anchors)
-            .unwrap_err()
-            .to_string()
-    };
+    let anchor = |node, x| Anchor { node, position: Point2::new(x, 0.0) };
+    let refused = |anchors: &[Anchor]| network.clone().with_anchors(anchors).unwrap_err().to_string();
     assert!(refused(&[anchor(3, 0.0)]).starts_with("anchor 3 does not exist"));
-    assert!(
-        refused(&[anchor(1, f64::INFINITY)])
-            .starts_with("anchor 1: position must be finite, got (inf")
-    );
-    assert!(
-        refused(&[anchor(0, 0.0), anchor(1, 0.0)])
-            .starts_with("anchors 0 and 1 are in one component")
-    );
-    assert_eq!(
-        network.reweighted(&[]).unwrap_err(),
-        NetworkError::WeightCount {
-            springs: 1,
-            weights: 0
-        }
-    );
+    assert!(refused(&[anchor(1, f64::INFINITY)]).starts_with("anchor 1: position must be finite, got (inf"));
+    assert!(refused(&[anchor(0, 0.0), anchor(1, 0.0)]).starts_with("anchors 0 and 1 are in one component"));
+    assert_eq!(network.reweighted(&[]).unwrap_err(), NetworkError::WeightCount { springs: 1, weights: 0 });
     let text = network.reweighted(&[-1.0]).unwrap_err().to_string();
-    assert_eq!(
-        text,
-        "spring 0: weight must be finite and not negative, got -1"
-    );
+    assert_eq!(text, "spring 0: weight must be finite and not negative, got -1");
 }
 
 #[test]
@@ -100,14 +65,7 @@ fn nothing_at_all_is_solved() {
         let network = Network::new(nodes, &[]).unwrap();
         assert_eq!(network.components(), nodes);
         assert_eq!(optimum(&network).unwrap(), vec![Point2::origin(); nodes]);
-        assert!(
-            relax(
-                &network,
-                &network.dead_reckoning(),
-                &RelaxOptions::default()
-            )
-            .converged
-        );
+        assert!(relax(&network, &network.dead_reckoning(), &RelaxOptions::default()).converged);
     }
 }
 
@@ -115,8 +73,5 @@ fn nothing_at_all_is_solved() {
 fn a_start_that_is_nowhere_is_replaced_by_dead_reckoning() {
     let network = Network::new(2, &[spring(2.0, 1.0)]).unwrap();
     let start = [Point2::origin(), Point2::new(f64::NAN, 0.0)];
-    assert_eq!(
-        relax(&network, &start, &RelaxOptions::default()).positions[1],
-        Point2::new(2.0, 0.0)
-    );
+    assert_eq!(relax(&network, &start, &RelaxOptions::default()).positions[1], Point2::new(2.0, 0.0));
 }

@@ -2,8 +2,8 @@
 
 /// Powers of ten that a double holds exactly.
 const EXACT_POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
-    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
 ];
 /// More digits than this may overflow 64 bits.
 const MAX_DIGITS: usize = 19;
@@ -35,12 +35,7 @@ fn quick_float(bytes: &[u8]) -> Found<f64> {
         fraction = digits(bytes, &mut at, &mut significand);
     }
     let count = whole + fraction;
-    if count == 0
-        || count > MAX_DIGITS
-        || significand > 1 << 53
-        || fraction >= EXACT_POWERS.len()
-        || !ends(bytes, at)
-    {
+    if count == 0 || count > MAX_DIGITS || significand > 1 << 53 || fraction >= EXACT_POWERS.len() || !ends(bytes, at) {
         return None;
     }
     let magnitude = significand as f64 / EXACT_POWERS[fraction];
@@ -50,11 +45,7 @@ fn quick_float(bytes: &[u8]) -> Found<f64> {
 #[inline]
 fn digits(bytes: &[u8], at: &mut usize, significand: &mut u64) -> usize {
     let start = *at;
-    while let Some(digit) = bytes
-        .get(*at)
-        .map(|b| b.wrapping_sub(b'0'))
-        .filter(|d| *d < 10)
-    {
+    while let Some(digit) = bytes.get(*at).map(|b| b.wrapping_sub(b'0')).filter(|d| *d < 10) {
         *significand = significand.wrapping_mul(10).wrapping_add(u64::from(digit));
         *at += 1;
     }
@@ -85,10 +76,7 @@ pub(super) fn integer(bytes: &[u8]) -> Found<u64> {
 
 /// The bytes up to the next blank or line end.
 pub(super) fn token(bytes: &[u8]) -> &[u8] {
-    let end = bytes
-        .iter()
-        .position(|b| is_blank(*b))
-        .unwrap_or(bytes.len());
+    let end = bytes.iter().position(|b| is_blank(*b)).unwrap_or(bytes.len());
     &bytes[..end]
 }
 
@@ -129,20 +117,14 @@ mod tests {
             "+7.25",
         ] {
             let (value, length) = float(text.as_bytes()).unwrap();
-            assert_eq!(
-                value.to_bits(),
-                text.parse::<f64>().unwrap().to_bits(),
-                "{text}"
-            );
+            assert_eq!(value.to_bits(), text.parse::<f64>().unwrap().to_bits(), "{text}");
             assert_eq!(length, text.len());
         }
     }
 
     #[test]
     fn what_is_no_finite_number_is_refused() {
-        for text in [
-            "", "-", ".", "x", "1x", "nan", "inf", "-inf", "1e999", "1.2.3", "--1", "0x10", "1e",
-        ] {
+        for text in ["", "-", ".", "x", "1x", "nan", "inf", "-inf", "1e999", "1.2.3", "--1", "0x10", "1e"] {
             assert_eq!(float(text.as_bytes()), None, "{text}");
         }
         for text in ["", "-1", "1.0", "18446744073709551616", "a"] {

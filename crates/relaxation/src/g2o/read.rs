@@ -56,15 +56,9 @@ pub enum ParseError {
 /// # Errors
 /// A known line that cannot be read, a line longer than a mebibyte, a failing source.
 pub fn read(mut source: impl BufRead) -> Result<Graph, ParseError> {
-    let head = source
-        .fill_buf()
-        .map_err(|source| ParseError::Io { line: 0, source })?;
+    let head = source.fill_buf().map_err(|source| ParseError::Io { line: 0, source })?;
     // A source that hands out a single first byte would hide the second; gzip's first byte begins no line of text.
-    if head.first() == Some(&0x1f) {
-        read_text(MultiGzDecoder::new(source))
-    } else {
-        read_text(source)
-    }
+    if head.first() == Some(&0x1f) { read_text(MultiGzDecoder::new(source)) } else { read_text(source) }
 }
 
 fn read_text(mut source: impl Read) -> Result<Graph, ParseError> {
@@ -79,10 +73,7 @@ fn read_text(mut source: impl Read) -> Result<Graph, ParseError> {
             Ok(count) => count,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
             Err(source) => {
-                return Err(ParseError::Io {
-                    line: reader.line,
-                    source,
-                });
+                return Err(ParseError::Io { line: reader.line, source });
             }
         };
         let fresh = filled;
@@ -91,18 +82,13 @@ fn read_text(mut source: impl Read) -> Result<Graph, ParseError> {
         let whole = if count == 0 {
             filled
         } else {
-            buffer[fresh..filled]
-                .iter()
-                .rposition(|b| *b == b'\n')
-                .map_or(0, |at| fresh + at + 1)
+            buffer[fresh..filled].iter().rposition(|b| *b == b'\n').map_or(0, |at| fresh + at + 1)
         };
         reader.lines(&buffer[..whole])?;
         buffer.copy_within(whole..filled, 0);
         filled -= whole;
         if filled > LONGEST_LINE {
-            return Err(ParseError::LineTooLong {
-                line: reader.line + 1,
-            });
+            return Err(ParseError::LineTooLong { line: reader.line + 1 });
         }
         if count == 0 {
             return Ok(reader.finish());
@@ -119,15 +105,10 @@ struct Reader {
 
 impl Reader {
     fn lines(&mut self, bytes: &[u8]) -> Result<(), ParseError> {
-        let mut cursor = Cursor {
-            bytes,
-            at: 0,
-            line_start: 0,
-        };
+        let mut cursor = Cursor { bytes, at: 0, line_start: 0 };
         while cursor.at < bytes.len() {
             cursor.line_start = cursor.at;
-            self.record(&mut cursor)
-                .map_err(|wrong| wrong.at_line(self.line + 1, &cursor))?;
+            self.record(&mut cursor).map_err(|wrong| wrong.at_line(self.line + 1, &cursor))?;
             self.line += 1;
         }
         Ok(())
@@ -153,10 +134,7 @@ impl Reader {
             b"VERTEX_SE2" | b"VERTEX2" => {
                 let [id] = c.ids()?;
                 let [x, y, heading] = c.floats()?;
-                self.graph.poses.push(PoseVertex {
-                    id,
-                    pose: Pose { x, y, heading },
-                });
+                self.graph.poses.push(PoseVertex { id, pose: Pose { x, y, heading } });
             }
             b"EDGE_XY" | b"EDGE_POINTXY" => {
                 let [from, to] = c.ids()?;
@@ -171,10 +149,7 @@ impl Reader {
             b"VERTEX_XY" => {
                 let [id] = c.ids()?;
                 let [x, y] = c.floats()?;
-                self.graph.points.push(PointVertex {
-                    id,
-                    position: Point2::new(x, y),
-                });
+                self.graph.points.push(PointVertex { id, position: Point2::new(x, y) });
             }
             b"FIX" => {
                 let [id] = c.ids()?;
@@ -199,17 +174,8 @@ impl Reader {
     }
 
     fn pose_edge(&mut self, from: u64, to: u64, n: &[f64; 9], information: [f64; 6]) {
-        let from_to = Pose {
-            x: n[0],
-            y: n[1],
-            heading: n[2],
-        };
-        self.graph.pose_edges.push(PoseEdge {
-            from,
-            to,
-            from_to,
-            information,
-        });
+        let from_to = Pose { x: n[0], y: n[1], heading: n[2] };
+        self.graph.pose_edges.push(PoseEdge { from, to, from_to, information });
     }
 
     fn skip(&mut self, tag: &[u8]) {
@@ -220,11 +186,7 @@ impl Reader {
         }
         match skipped.iter_mut().find(|known| known.tag == tag) {
             Some(known) => known.count += 1,
-            None => skipped.push(Skipped {
-                tag,
-                count: 1,
-                first_line: self.line + 1,
-            }),
+            None => skipped.push(Skipped { tag, count: 1, first_line: self.line + 1 }),
         }
     }
 
@@ -261,12 +223,7 @@ impl Wrong {
             None | Some(b'\r' | b'\n') => "end of line".into(),
             _ => shorten(number::token(&c.bytes[c.at..])),
         };
-        ParseError::Unexpected {
-            line,
-            column: c.at - c.line_start + 1,
-            expected: self.0,
-            found,
-        }
+        ParseError::Unexpected { line, column: c.at - c.line_start + 1, expected: self.0, found }
     }
 }
 
@@ -297,8 +254,7 @@ impl Cursor<'_> {
         let mut values = [0.0; N];
         for value in &mut values {
             self.skip_blanks();
-            let (read, length) =
-                number::float(&self.bytes[self.at..]).ok_or(Wrong("a finite number"))?;
+            let (read, length) = number::float(&self.bytes[self.at..]).ok_or(Wrong("a finite number"))?;
             *value = read;
             self.at += length;
         }
@@ -310,8 +266,8 @@ impl Cursor<'_> {
         let mut values = [0; N];
         for value in &mut values {
             self.skip_blanks();
-            let (read, length) = number::integer(&self.bytes[self.at..])
-                .ok_or(Wrong("an id (a whole number from 0)"))?;
+            let (read, length) =
+                number::integer(&self.bytes[self.at..]).ok_or(Wrong("an id (a whole number from 0)"))?;
             *value = read;
             self.at += length;
         }
@@ -356,17 +312,14 @@ mod tests {
 
     #[test]
     fn toro_and_g2o_name_the_same_information_matrix_in_different_orders() {
-        let graph =
-            parse("EDGE_SE2 0 1 1 2 3 11 12 13 22 23 33\nEDGE2 0 1 1 2 3 11 12 22 33 13 23\n")
-                .unwrap();
+        let graph = parse("EDGE_SE2 0 1 1 2 3 11 12 13 22 23 33\nEDGE2 0 1 1 2 3 11 12 22 33 13 23\n").unwrap();
         assert_eq!(graph.pose_edges[0], graph.pose_edges[1]);
         assert_eq!(graph.pose_edges[0].information_matrix()[(1, 2)], 23.0);
     }
 
     #[test]
     fn comments_blank_lines_carriage_returns_and_missing_last_line_end_are_fine() {
-        let graph =
-            parse("# a graph\r\n\r\n  VERTEX_XY\t3 1.5 -2\r\nFIX 3 4\n\nVERTEX_XY 4 0 0").unwrap();
+        let graph = parse("# a graph\r\n\r\n  VERTEX_XY\t3 1.5 -2\r\nFIX 3 4\n\nVERTEX_XY 4 0 0").unwrap();
         assert_eq!(graph.points.len(), 2);
         assert_eq!(graph.fixed, [3, 4]);
     }
@@ -374,11 +327,7 @@ mod tests {
     #[test]
     fn unknown_tags_are_counted_with_the_line_where_they_began() {
         let graph = parse("EQUIV 1 2\nVERTEX2 0 0 0 0\nBR 7\nEQUIV 3 4\n").unwrap();
-        let counts: Vec<_> = graph
-            .skipped
-            .iter()
-            .map(|s| (s.tag.as_str(), s.count, s.first_line))
-            .collect();
+        let counts: Vec<_> = graph.skipped.iter().map(|s| (s.tag.as_str(), s.count, s.first_line)).collect();
         assert_eq!(counts, [("EQUIV", 2, 1), ("BR", 1, 3)]);
     }
 
@@ -397,26 +346,11 @@ mod tests {
                 "VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 1 1 0 0 1 0 0 x 0 1\n",
                 "line 2, column 26: expected a finite number, found `x`",
             ),
-            (
-                "VERTEX_XY 0 nan 0",
-                "line 1, column 13: expected a finite number, found `nan`",
-            ),
-            (
-                "VERTEX_XY -1 0 0",
-                "line 1, column 11: expected an id (a whole number from 0), found `-1`",
-            ),
-            (
-                "VERTEX_XY 0 0",
-                "line 1, column 14: expected a finite number, found `end of line`",
-            ),
-            (
-                "VERTEX_XY 0 0 0 7",
-                "line 1, column 17: expected the end of the line, found `7`",
-            ),
-            (
-                "\n\n 12 1",
-                "line 3, column 2: expected a tag such as EDGE_SE2, found `12`",
-            ),
+            ("VERTEX_XY 0 nan 0", "line 1, column 13: expected a finite number, found `nan`"),
+            ("VERTEX_XY -1 0 0", "line 1, column 11: expected an id (a whole number from 0), found `-1`"),
+            ("VERTEX_XY 0 0", "line 1, column 14: expected a finite number, found `end of line`"),
+            ("VERTEX_XY 0 0 0 7", "line 1, column 17: expected the end of the line, found `7`"),
+            ("\n\n 12 1", "line 3, column 2: expected a tag such as EDGE_SE2, found `12`"),
         ] {
             assert_eq!(parse(text).unwrap_err().to_string(), expected, "{text}");
         }

@@ -14,9 +14,7 @@ pub enum WriteError {
     #[error("writing failed")]
     Io(#[from] io::Error),
     /// TORO knows poses only.
-    #[error(
-        "TORO text holds poses only, and this graph has {points} points and {edges} displacements between points"
-    )]
+    #[error("TORO text holds poses only, and this graph has {points} points and {edges} displacements between points")]
     PointsInToro {
         /// How many points there are.
         points: usize,
@@ -68,10 +66,7 @@ pub fn write_gzip(graph: &Graph, out: &mut impl Write) -> Result<(), WriteError>
 /// A failing destination, or points, which TORO does not have.
 pub fn write_toro(graph: &Graph, out: &mut impl Write) -> Result<(), WriteError> {
     if !graph.points.is_empty() || !graph.point_edges.is_empty() {
-        return Err(WriteError::PointsInToro {
-            points: graph.points.len(),
-            edges: graph.point_edges.len(),
-        });
+        return Err(WriteError::PointsInToro { points: graph.points.len(), edges: graph.point_edges.len() });
     }
     for vertex in &graph.poses {
         write!(out, "VERTEX2 {}", vertex.id)?;
@@ -84,12 +79,7 @@ pub fn write_toro(graph: &Graph, out: &mut impl Write) -> Result<(), WriteError>
     Ok(())
 }
 
-fn pose_edge(
-    out: &mut impl Write,
-    tag: &str,
-    edge: &PoseEdge,
-    information: [f64; 6],
-) -> io::Result<()> {
+fn pose_edge(out: &mut impl Write, tag: &str, edge: &PoseEdge, information: [f64; 6]) -> io::Result<()> {
     let [a, b, c, d, e, f] = information;
     let z = edge.from_to;
     write!(out, "{tag} {} {}", edge.from, edge.to)?;
@@ -124,10 +114,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn number() -> impl Strategy<Value = f64> {
-        prop_oneof![
-            -1e3..1e3,
-            any::<f64>().prop_filter("finite", |v| v.is_finite())
-        ]
+        prop_oneof![-1e3..1e3, any::<f64>().prop_filter("finite", |v| v.is_finite())]
     }
 
     fn pose() -> impl Strategy<Value = Pose> {
@@ -137,45 +124,21 @@ mod tests {
     fn graphs() -> impl Strategy<Value = Graph> {
         let poses = proptest::collection::btree_map(any::<u64>(), pose(), 0..5);
         let points = proptest::collection::btree_map(any::<u64>(), (number(), number()), 0..5);
-        let pose_edges = proptest::collection::vec(
-            (
-                any::<u64>(),
-                any::<u64>(),
-                pose(),
-                proptest::array::uniform6(number()),
-            ),
-            0..5,
-        );
-        let point_edges = proptest::collection::vec(
-            (
-                any::<u64>(),
-                any::<u64>(),
-                proptest::array::uniform5(number()),
-            ),
-            0..5,
-        );
+        let pose_edges =
+            proptest::collection::vec((any::<u64>(), any::<u64>(), pose(), proptest::array::uniform6(number())), 0..5);
+        let point_edges =
+            proptest::collection::vec((any::<u64>(), any::<u64>(), proptest::array::uniform5(number())), 0..5);
         let fixed = proptest::collection::vec(any::<u64>(), 0..3);
-        (poses, points, pose_edges, point_edges, fixed).prop_map(
-            |(poses, points, pose_edges, point_edges, fixed)| Graph {
-                poses: poses
-                    .into_iter()
-                    .map(|(id, pose)| PoseVertex { id, pose })
-                    .collect(),
+        (poses, points, pose_edges, point_edges, fixed).prop_map(|(poses, points, pose_edges, point_edges, fixed)| {
+            Graph {
+                poses: poses.into_iter().map(|(id, pose)| PoseVertex { id, pose }).collect(),
                 points: points
                     .into_iter()
-                    .map(|(id, (x, y))| PointVertex {
-                        id,
-                        position: Point2::new(x, y),
-                    })
+                    .map(|(id, (x, y))| PointVertex { id, position: Point2::new(x, y) })
                     .collect(),
                 pose_edges: pose_edges
                     .into_iter()
-                    .map(|(from, to, from_to, information)| PoseEdge {
-                        from,
-                        to,
-                        from_to,
-                        information,
-                    })
+                    .map(|(from, to, from_to, information)| PoseEdge { from, to, from_to, information })
                     .collect(),
                 point_edges: point_edges
                     .into_iter()
@@ -188,8 +151,8 @@ mod tests {
                     .collect(),
                 fixed,
                 ..Graph::default()
-            },
-        )
+            }
+        })
     }
 
     proptest! {
@@ -214,13 +177,7 @@ mod tests {
 
     #[test]
     fn toro_refuses_points() {
-        let graph = Graph {
-            points: vec![PointVertex {
-                id: 0,
-                position: Point2::origin(),
-            }],
-            ..Graph::default()
-        };
+        let graph = Graph { points: vec![PointVertex { id: 0, position: Point2::origin() }], ..Graph::default() };
         let error = write_toro(&graph, &mut Vec::new()).unwrap_err();
         assert_eq!(
             error.to_string(),

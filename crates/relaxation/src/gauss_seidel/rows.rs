@@ -48,18 +48,12 @@ impl SweepRows {
     pub(crate) fn new(network: &Network) -> Self {
         if network.is_isotropic() {
             Self::Scalar(Rows::collect(network, 1.0, |ends| {
-                let total: f64 = ends
-                    .iter()
-                    .map(|e| network.stiffness(e.spring as usize))
-                    .sum();
+                let total: f64 = ends.iter().map(|e| network.stiffness(e.spring as usize)).sum();
                 move |spring| network.stiffness(spring) / total
             }))
         } else {
             Self::Block(Rows::collect(network, Matrix2::identity(), |ends| {
-                let total: Matrix2<f64> = ends
-                    .iter()
-                    .map(|e| network.information(e.spring as usize))
-                    .sum();
+                let total: Matrix2<f64> = ends.iter().map(|e| network.information(e.spring as usize)).sum();
                 let inverse = inverse(&total);
                 move |spring| inverse * network.information(spring)
             }))
@@ -77,12 +71,8 @@ impl SweepRows {
     /// All nodes from the last to the first.
     pub(crate) fn sweep_backward(&self, positions: &mut [Point2<f64>]) {
         match self {
-            Self::Scalar(rows) => (0..positions.len())
-                .rev()
-                .for_each(|i| rows.update(i, positions)),
-            Self::Block(rows) => (0..positions.len())
-                .rev()
-                .for_each(|i| rows.update(i, positions)),
+            Self::Scalar(rows) => (0..positions.len()).rev().for_each(|i| rows.update(i, positions)),
+            Self::Block(rows) => (0..positions.len()).rev().for_each(|i| rows.update(i, positions)),
         }
     }
 }
@@ -97,22 +87,10 @@ pub(crate) fn inverse(m: &Matrix2<f64>) -> Matrix2<f64> {
 
 impl<S: Share> Rows<S> {
     /// Builds the rows; `shares_of(ends)` gives the function from a spring to its share at that node.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "`Network` checked that every index fits 32 bits"
-    )]
-    fn collect<F: Fn(usize) -> S>(
-        network: &Network,
-        one: S,
-        shares_of: impl Fn(&[End]) -> F,
-    ) -> Self {
+    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
+    fn collect<F: Fn(usize) -> S>(network: &Network, one: S, shares_of: impl Fn(&[End]) -> F) -> Self {
         let adjacency = network.adjacency();
-        let mut rows = Self {
-            start: vec![0],
-            columns: Vec::new(),
-            shares: Vec::new(),
-            constants: Vec::new(),
-        };
+        let mut rows = Self { start: vec![0], columns: Vec::new(), shares: Vec::new(), constants: Vec::new() };
         let mut ends = Vec::new();
         for node in 0..network.len() {
             let mut constant = Vector2::zeros();
@@ -123,16 +101,11 @@ impl<S: Share> Rows<S> {
                 ends.clear();
                 ends.extend_from_slice(adjacency.ends(node));
                 // The nearest number comes last: its position was computed a moment ago and the others can be summed meanwhile.
-                ends.sort_unstable_by_key(|e| {
-                    (std::cmp::Reverse(e.node.abs_diff(node as u32)), e.spring)
-                });
+                ends.sort_unstable_by_key(|e| (std::cmp::Reverse(e.node.abs_diff(node as u32)), e.spring));
                 let share = shares_of(&ends);
                 for end in &ends {
                     let share = share(end.spring as usize);
-                    constant = share.add_to(
-                        constant,
-                        &(-network.rest_from(node as u32, end.spring)).into(),
-                    );
+                    constant = share.add_to(constant, &(-network.rest_from(node as u32, end.spring)).into());
                     rows.columns.push(end.node);
                     rows.shares.push(share);
                 }

@@ -20,10 +20,7 @@ pub(crate) struct Adjacency {
 
 impl Adjacency {
     /// Sorts the ends of all `active` springs by node: two passes of a counting sort.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "`Network` checked that every index fits 32 bits"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
     pub(crate) fn new(nodes: usize, springs: &[Spring], active: impl Fn(usize) -> bool) -> Self {
         let mut start = vec![0_u32; nodes + 2];
         let present = |index: usize, s: &Spring| s.from != s.to && active(index);
@@ -41,10 +38,7 @@ impl Adjacency {
             if present(index, s) {
                 for (here, there) in [(s.from, s.to), (s.to, s.from)] {
                     let slot = &mut start[here + 1];
-                    ends[*slot as usize] = End {
-                        node: there as u32,
-                        spring: index as u32,
-                    };
+                    ends[*slot as usize] = End { node: there as u32, spring: index as u32 };
                     *slot += 1;
                 }
             }
@@ -71,25 +65,16 @@ pub(crate) struct SpanningTree {
 }
 
 /// The mark of a node that the search has not reached.
-const UNSEEN: End = End {
-    node: u32::MAX,
-    spring: u32::MAX,
-};
+const UNSEEN: End = End { node: u32::MAX, spring: u32::MAX };
 
 impl SpanningTree {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "`Network` checked that every index fits 32 bits"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
     pub(crate) fn new(nodes: usize, adjacency: &Adjacency, anchors: &[Anchor]) -> Self {
         let mut order = Vec::with_capacity(nodes);
         let mut parent = vec![UNSEEN; nodes];
         for anchor in anchors {
             let root = anchor.node as u32;
-            parent[anchor.node] = End {
-                node: root,
-                spring: u32::MAX,
-            };
+            parent[anchor.node] = End { node: root, spring: u32::MAX };
             order.push(root);
         }
         let mut head = 0;
@@ -99,10 +84,7 @@ impl SpanningTree {
             for end in adjacency.ends(node as usize) {
                 let seen = &mut parent[end.node as usize];
                 if seen.node == u32::MAX {
-                    *seen = End {
-                        node,
-                        spring: end.spring,
-                    };
+                    *seen = End { node, spring: end.spring };
                     order.push(end.node);
                 }
             }

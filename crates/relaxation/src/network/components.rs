@@ -15,10 +15,7 @@ pub(super) struct Components {
 
 impl Components {
     /// Finds the components (disjoint sets, the lowest node of a set at its root) and anchors each at its lowest node.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "`Network` checked that every index fits 32 bits"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
     pub(super) fn new(nodes: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut root: Vec<u32> = (0..nodes as u32).collect();
         for (a, b) in pairs {
@@ -29,19 +26,13 @@ impl Components {
         for node in 0..nodes {
             // The root of a set is its lowest node, so it was renamed to its component's number before its members are.
             root[node] = if root[node] as usize == node {
-                anchors.push(Anchor {
-                    node,
-                    position: Point2::origin(),
-                });
+                anchors.push(Anchor { node, position: Point2::origin() });
                 anchors.len() as u32 - 1
             } else {
                 root[root[node] as usize]
             };
         }
-        Self {
-            of_node: root,
-            anchors,
-        }
+        Self { of_node: root, anchors }
     }
 
     /// With some anchors chosen by the caller.
@@ -50,24 +41,14 @@ impl Components {
         for &anchor in chosen {
             let Anchor { node, position } = anchor;
             if node >= self.of_node.len() {
-                return Err(NetworkError::AnchorOutOfRange {
-                    node,
-                    nodes: self.of_node.len(),
-                });
+                return Err(NetworkError::AnchorOutOfRange { node, nodes: self.of_node.len() });
             }
             if !is_finite(&position) {
-                return Err(NetworkError::AnchorNotFinite {
-                    node,
-                    x: position.x,
-                    y: position.y,
-                });
+                return Err(NetworkError::AnchorNotFinite { node, x: position.x, y: position.y });
             }
             let component = self.of_node[node] as usize;
             if let Some(first) = taken[component].replace(node) {
-                return Err(NetworkError::TwoAnchors {
-                    first,
-                    second: node,
-                });
+                return Err(NetworkError::TwoAnchors { first, second: node });
             }
             self.anchors[component] = anchor;
         }

@@ -7,9 +7,7 @@
 #[non_exhaustive]
 pub enum NetworkError {
     /// A spring ends at a node that does not exist.
-    #[error(
-        "spring {spring}: node {node} does not exist, the network has {nodes} nodes (numbered from 0)"
-    )]
+    #[error("spring {spring}: node {node} does not exist, the network has {nodes} nodes (numbered from 0)")]
     NodeOutOfRange {
         /// Index of the spring.
         spring: usize,
@@ -29,9 +27,7 @@ pub enum NetworkError {
         y: f64,
     },
     /// A covariance is not symmetric positive definite (or too small or large for its inverse to be a number).
-    #[error(
-        "spring {spring}: covariance must be symmetric and positive definite, got [[{xx}, {xy}], [{yx}, {yy}]] m²"
-    )]
+    #[error("spring {spring}: covariance must be symmetric and positive definite, got [[{xx}, {xy}], [{yx}, {yy}]] m²")]
     CovarianceNotPositiveDefinite {
         /// Index of the spring.
         spring: usize,
@@ -63,9 +59,7 @@ pub enum NetworkError {
         y: f64,
     },
     /// Two anchors hold one component: the springs between them would have to bend.
-    #[error(
-        "anchors {first} and {second} are in one component; each component has exactly one anchor"
-    )]
+    #[error("anchors {first} and {second} are in one component; each component has exactly one anchor")]
     TwoAnchors {
         /// The anchor named first.
         first: usize,
