@@ -1,0 +1,4 @@
+//! Behaviour of the topological level, one binary.
+
+mod localize;
+mod map;
