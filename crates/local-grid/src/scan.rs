@@ -203,11 +203,11 @@ pub enum Reading {
     Invalid,
 }
 
-/// One firing of a range sensor: one reading per beam.
+/// One firing of a range sensor: one reading per beam. A clone shares the readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scan {
     sensor: Arc<RangeSensor>,
-    readings: Vec<Reading>,
+    readings: Arc<[Reading]>,
 }
 
 /// Why a scan cannot exist.
@@ -269,7 +269,7 @@ impl Scan {
                 return Err(ScanError::Range { name: sensor.name.clone(), beam, range, min, max });
             }
         }
-        Ok(Self { sensor, readings })
+        Ok(Self { sensor, readings: readings.into() })
     }
 
     /// A firing of `sensor` from raw ranges in metres: below the minimum (or NaN) is invalid, above the maximum no echo.
@@ -298,7 +298,7 @@ impl Scan {
     pub fn beams(&self) -> impl Iterator<Item = Beam> + '_ {
         let pair =
             |(mount, reading): (&Isometry2<f64>, &Reading)| Beam { robot_from_sensor: *mount, reading: *reading };
-        self.sensor.mounts.iter().zip(&self.readings).map(pair)
+        self.sensor.mounts.iter().zip(self.readings.iter()).map(pair)
     }
 
     /// Where the echoes came from, in the robot's frame, in metres; beams without echo give nothing.

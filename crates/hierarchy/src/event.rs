@@ -1,0 +1,46 @@
+use topo_map::{LinkId, PlaceId};
+
+/// What a log entry changed in the hierarchy of maps.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// The robot reached a place that was not in the map.
+    PlaceAdded {
+        /// The new place.
+        place: PlaceId,
+    },
+    /// Two places were joined by travel.
+    LinkAdded {
+        /// The new link.
+        link: LinkId,
+    },
+    /// The robot is where it was before; a link closes the loop.
+    PlaceRecognized {
+        /// The place reached now.
+        place: PlaceId,
+        /// The known place that it matches.
+        known: PlaceId,
+        /// The link between the two.
+        link: LinkId,
+    },
+    /// A resemblance was weighed and refused.
+    RecognitionRefused {
+        /// The place reached now.
+        place: PlaceId,
+        /// The known place that it resembles.
+        known: PlaceId,
+        /// Why.
+        reason: String,
+    },
+    /// The coordinates of the places changed.
+    Relaxed {
+        /// Sweeps spent; 0 where the optimum was solved directly.
+        sweeps: usize,
+        /// Energy before (weighted, over undirected links; dimensionless).
+        energy_before: f64,
+        /// Energy after.
+        energy_after: f64,
+        /// Largest shift of a place, in metres.
+        max_shift: f64,
+    },
+}

@@ -1,0 +1,272 @@
+use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
+use robot_log::local_grid::Heading;
+
+use crate::{HeadingMode, config::Config};
+
+/// Dead reckoning with whatever knows the heading best: the robot's pose in the `track` frame, which is locally
+/// right and drifts, with the uncertainty gathered since the last place.
+///
+/// With a compass the frame's axes are the map's and a scalar Kalman filter fuses turns and compass; without, the
+/// frame is that of the first pose and the heading drifts with the odometry.
+#[derive(Debug, Clone)]
+pub struct Tracker {
+    noise: Noise,
+    source: HeadingMode,
+    last_odometry: Option<Isometry2<f64>>,
+    track_from_robot: Isometry2<f64>,
+    /// Variance of the heading in the track frame, rad².
+    heading_variance: f64,
+    /// Path driven since the last compass reading that was taken as independent, in metres.
+    since_compass: f64,
+    seen_compass: bool,
+    /// What the compass reads more than the track frame's heading, where that was tied down before the compass spoke.
+    compass_offset: f64,
+    tied: bool,
+    travelled: f64,
+    since_place: Travel,
+}
+
+/// What was driven between two moments, with the uncertainty that it gathered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Travel {
+    /// Summed length of the steps, in metres.
+    pub path: f64,
+    /// Variance of the distance driven, in m², along the robot's heading.
+    pub distance_variance: f64,
+    /// Covariance of the displacement in the track frame, in m², the heading at the start taken as right.
+    pub position: Matrix2<f64>,
+    /// Variance of the turn, in rad².
+    pub turn_variance: f64,
+}
+
+impl Default for Travel {
+    fn default() -> Self {
+        Self { path: 0.0, distance_variance: 0.0, position: Matrix2::zeros(), turn_variance: 0.0 }
+    }
+}
+
+/// Noise rates in SI units.
+#[derive(Debug, Clone, Copy)]
+struct Noise {
+    distance_per_m: f64,
+    heading_per_m: f64,
+    heading_per_rad: f64,
+    compass_disturbance: f64,
+    compass_correlation: f64,
+}
+
+impl Tracker {
+    /// A robot at rest at the origin, facing east until a heading is known.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        let odometry = &config.odometry;
+        let noise = Noise {
+            distance_per_m: odometry.distance_m.powi(2),
+            heading_per_m: odometry.heading_per_m_deg.to_radians().powi(2),
+            heading_per_rad: odometry.heading_per_turn_deg.to_radians().powi(2) / std::f64::consts::TAU,
+            compass_disturbance: config.heading.compass_disturbance_deg.to_radians().powi(2),
+            compass_correlation: config.heading.compass_correlation_m,
+        };
+        Self {
+            noise,
+            source: config.heading.source,
+            last_odometry: None,
+            track_from_robot: Isometry2::identity(),
+            heading_variance: 0.0,
+            since_compass: f64::INFINITY,
+            seen_compass: false,
+            compass_offset: 0.0,
+            tied: false,
+            travelled: 0.0,
+            since_place: Travel::default(),
+        }
+    }
+
+    /// The robot in the track frame.
+    #[must_use]
+    pub fn track_from_robot(&self) -> Isometry2<f64> {
+        self.track_from_robot
+    }
+
+    /// Path driven since the start, in metres.
+    #[must_use]
+    pub fn travelled(&self) -> f64 {
+        self.travelled
+    }
+
+    /// Whether a compass holds the heading.
+    #[must_use]
+    pub fn has_compass(&self) -> bool {
+        self.seen_compass
+    }
+
+    /// Says that places hold the track frame from now on: the first compass reading no longer turns it.
+    pub fn tie(&mut self) {
+        self.tied = true;
+    }
+
+    /// What was driven since [`Tracker::depart`].
+    #[must_use]
+    pub fn since_place(&self) -> &Travel {
+        &self.since_place
+    }
+
+    /// Starts to gather uncertainty anew, from a place.
+    pub fn depart(&mut self) {
+        self.since_place = Travel::default();
+    }
+
+    /// Follows the odometry to its next pose; the first pose sets where it starts.
+    pub fn follow(&mut self, odom_from_robot: Isometry2<f64>) {
+        let Some(last) = self.last_odometry.replace(odom_from_robot) else {
+            self.track_from_robot = Isometry2::rotation(odom_from_robot.rotation.angle());
+            return;
+        };
+        self.advance(last.inverse() * odom_from_robot);
+    }
+
+    /// Moves by a step in the robot's own frame.
+    fn advance(&mut self, step: Isometry2<f64>) {
+        let (length, turn) = (step.translation.vector.norm(), step.rotation.angle().abs());
+        let turn_noise = self.noise.heading_per_m * length + self.noise.heading_per_rad * turn;
+        let moved = self.track_from_robot.rotation * step.translation.vector;
+        // The heading's own error turns every later step: to first order it moves the robot sideways.
+        let sideways = Vector2::new(-moved.y, moved.x);
+        let heading_variance = if self.seen_compass { self.heading_variance } else { self.since_place.turn_variance };
+        self.since_place.position += sideways * sideways.transpose() * heading_variance
+            + moved * moved.transpose() * (self.noise.distance_per_m / length.max(1e-9));
+        self.since_place.distance_variance += self.noise.distance_per_m * length;
+        self.since_place.path += length;
+        self.since_place.turn_variance += turn_noise;
+        self.heading_variance += turn_noise;
+        self.travelled += length;
+        self.since_compass += length;
+        self.track_from_robot *= step;
+    }
+
+    /// Takes a compass reading into account; returns the turn of the whole frame when it is the first one.
+    ///
+    /// Once places hold the frame, the first reading no longer turns it but is remembered as the compass' offset.
+    ///
+    /// A compass indoors is disturbed by a field that stays the same over some distance: readings closer together
+    /// than that are not independent, so that each counts only for the path driven since the last.
+    pub fn observe_heading(&mut self, heading: Heading, deviation: f64) -> Option<Isometry2<f64>> {
+        if matches!(self.source, HeadingMode::Structure | HeadingMode::Odometry) {
+            return None;
+        }
+        let believed = Heading::from_radians(self.track_from_robot.rotation.angle());
+        let innovation = heading + -self.compass_offset - believed;
+        let variance = deviation.powi(2) + self.noise.compass_disturbance;
+        if !self.seen_compass {
+            self.seen_compass = true;
+            self.heading_variance = variance;
+            self.since_compass = 0.0;
+            if self.tied {
+                self.compass_offset = innovation;
+                return None;
+            }
+            let turn = Isometry2::rotation(innovation);
+            self.track_from_robot = turn * self.track_from_robot;
+            return Some(turn);
+        }
+        let novelty = (self.since_compass / self.noise.compass_correlation).min(1.0);
+        if novelty <= 0.0 {
+            return None;
+        }
+        let gain = self.heading_variance / (self.heading_variance + variance / novelty);
+        self.since_compass = 0.0;
+        self.heading_variance *= 1.0 - gain;
+        let turned = Isometry2::rotation(innovation * gain);
+        let position = self.track_from_robot.translation;
+        self.track_from_robot = Isometry2::from_parts(position, turned.rotation * self.track_from_robot.rotation);
+        None
+    }
+
+    /// Replaces the pose by one that scans confirm: `track_from_robot` with its covariance (x, y in the track
+    /// frame, heading) since the last place.
+    pub fn correct(&mut self, track_from_robot: Isometry2<f64>, since_place: Matrix3<f64>) {
+        self.track_from_robot = track_from_robot;
+        self.since_place.position = since_place.fixed_view::<2, 2>(0, 0).into_owned();
+        self.since_place.turn_variance = since_place[(2, 2)];
+    }
+}
+
+impl Travel {
+    /// The covariance of (x, y, heading) in the track frame.
+    #[must_use]
+    pub fn covariance(&self) -> Matrix3<f64> {
+        let mut covariance = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, self.turn_variance));
+        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.position);
+        covariance
+    }
+
+    /// The covariance of the displacement in a frame turned by `−heading`, with a floor of `floor` metres.
+    #[must_use]
+    pub fn position_in(&self, heading: f64, floor: f64) -> Matrix2<f64> {
+        let turn = Rotation2::new(-heading);
+        turn * self.position * turn.transpose() + Matrix2::identity() * floor.powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive(tracker: &mut Tracker, meters: i32) {
+        for step in 0..=meters * 10 {
+            tracker.follow(Isometry2::translation(f64::from(step) * 0.1, 0.0));
+        }
+    }
+
+    #[test]
+    fn uncertainty_grows_with_the_root_of_the_path() {
+        let mut tracker = Tracker::new(&Config::default());
+        drive(&mut tracker, 4);
+        let travel = tracker.since_place();
+        approx::assert_relative_eq!(travel.path, 4.0, epsilon = 1e-9);
+        approx::assert_relative_eq!(travel.position[(0, 0)].sqrt(), 0.05 * 2.0, epsilon = 1e-9);
+        approx::assert_relative_eq!(travel.turn_variance.sqrt(), 3f64.to_radians(), epsilon = 1e-9);
+        assert!(travel.position[(1, 1)] > 0.0, "an uncertain heading moves the robot sideways");
+    }
+
+    #[test]
+    fn the_first_compass_reading_turns_the_frame() {
+        let mut tracker = Tracker::new(&Config::default());
+        tracker.follow(Isometry2::identity());
+        let turn = tracker.observe_heading(Heading::from_radians(1.0), 0.01).unwrap();
+        approx::assert_relative_eq!(turn.rotation.angle(), 1.0);
+        approx::assert_relative_eq!(tracker.track_from_robot().rotation.angle(), 1.0);
+    }
+
+    #[test]
+    fn a_compass_that_speaks_late_finds_the_frame_tied() {
+        let mut tracker = Tracker::new(&Config::default());
+        tracker.follow(Isometry2::identity());
+        tracker.tie();
+        assert_eq!(tracker.observe_heading(Heading::from_radians(1.0), 0.01), None);
+        approx::assert_relative_eq!(tracker.track_from_robot().rotation.angle(), 0.0);
+    }
+
+    #[test]
+    fn a_compass_holds_the_heading_against_drift() {
+        let mut tracker = Tracker::new(&Config::default());
+        let mut odometry = Isometry2::identity();
+        tracker.follow(odometry);
+        for _ in 0..2000 {
+            tracker.observe_heading(Heading::from_radians(0.0), 0.01);
+            odometry *= Isometry2::new(Vector2::new(0.1, 0.0), 0.001); // 0.57° per metre
+            tracker.follow(odometry);
+        }
+        assert!(odometry.rotation.angle().abs() > 1.0 && tracker.track_from_robot().rotation.angle().abs() < 0.1);
+    }
+
+    #[test]
+    fn a_compass_at_rest_says_the_same_thing_again() {
+        let mut tracker = Tracker::new(&Config::default());
+        tracker.follow(Isometry2::identity());
+        for _ in 0..1000 {
+            tracker.observe_heading(Heading::from_radians(0.0), 0.01);
+        }
+        assert!(tracker.heading_variance > 0.9 * 4f64.to_radians().powi(2));
+    }
+}
