@@ -1,5 +1,3 @@
-use std::sync::Arc;
-
 use nalgebra::{Isometry2, Vector2};
 use robot_log::local_grid::Scan;
 use topo_map::PlaceId;
@@ -27,7 +25,7 @@ pub struct Sample {
     /// Path driven since the start, in metres.
     pub travelled: f64,
     /// What was sensed.
-    pub scan: Arc<Scan>,
+    pub scan: Scan,
 }
 
 /// A moment at which the robot's position is tied to a place.
