@@ -1,7 +1,19 @@
 //! Streams of logged robot experiments: CARMEN, and CSV-like logs with a robot description.
 
+mod carmen;
+mod clock;
 mod entry;
+mod error;
+mod lines;
+mod report;
+mod source;
+mod write;
 
+pub use carmen::{CarmenOptions, CarmenReader};
+pub use clock::Clock;
 pub use entry::{Entry, EntryKind};
+pub use error::{Excerpt, LogError, LogErrorKind};
+pub use report::LogReport;
+pub use write::CarmenWriter;
 
 pub use local_grid;

@@ -1,0 +1,27 @@
+//! Behaviour of the log readers and writers.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up must fail")]
+
+mod carmen;
+mod damage;
+mod recorded;
+mod round_trip;
+
+use std::path::PathBuf;
+
+use robot_log::{CarmenOptions, CarmenReader, Entry, LogError};
+
+/// All entries of a CARMEN text.
+fn read(text: &str) -> Result<Vec<Entry>, LogError> {
+    CarmenReader::new("test.log", text.as_bytes(), CarmenOptions::default())?.collect()
+}
+
+/// A recorded log beside the workspace, or `None` (said aloud) where it is not there.
+fn recorded(path: &str) -> Option<PathBuf> {
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(path);
+    if !file.exists() {
+        println!("skipped: {path} not present");
+        return None;
+    }
+    Some(file)
+}
