@@ -1,5 +1,6 @@
 //! Local occupancy grids, evidence, range sensors and place signatures: the bottom of the hierarchy of maps.
 
+mod align;
 mod evidence;
 mod frame;
 mod grid;
@@ -8,7 +9,10 @@ mod integrate;
 pub mod raster;
 mod scan;
 mod sensor;
+mod signature;
+mod working;
 
+pub use align::{AlignOptions, Alignment, Ambiguity, align};
 pub use evidence::{Bayes, Cell, DempsterShafer, Evidence, Fuzzy, Union};
 pub use frame::{FrameError, GridFrame};
 pub use grid::{FuzzyGrid, Grid};
@@ -17,5 +21,9 @@ pub use scan::{Beam, RangeSensor, Reading, Scan, ScanError, SensorError, SensorK
 pub use sensor::{
     AngularProfile, BeamPoint, Footprint, LaserRay, ModelError, SensorModel, SonarCone, SonarRegions, Sounding,
 };
+pub use signature::{
+    AxisHistogram, CellClass, Count, Descriptor, HistogramMatch, Signature, SignatureError, SignatureOptions,
+};
+pub use working::{WorkingGrid, WorkingGridOptions};
 
 pub use nalgebra;

@@ -2,4 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod alignment;
+mod plan;
+mod signature;
 mod sonar_model;

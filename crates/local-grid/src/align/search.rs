@@ -1,0 +1,235 @@
+use nalgebra::{Matrix3, Point2, Rotation2, Vector2, Vector3};
+
+use super::peaks::Peak;
+use super::table::WallTable;
+use super::{AlignOptions, PEAK_TURN, turn_variance};
+use crate::Signature;
+
+/// The scores of every offset and turn of the window: walls of `b` in `a`, one way.
+///
+/// A score packs two sums over walls into one word, so that one addition per wall and pose does: nearness to walls in
+/// 64 steps in the low 18 bits, and above them how many walls met known space.
+#[derive(Debug)]
+pub(super) struct Volume {
+    resolution: f64,
+    side: usize,
+    n_walls: usize,
+    unknown_penalty: f64,
+    min_overlap: f64,
+    slices: Vec<Slice>,
+    turn_step: f64,
+}
+
+/// All offsets of one turn.
+#[derive(Debug)]
+struct Slice {
+    turn: f64,
+    /// The offset of the first row and column, in metres.
+    corner: Vector2<f64>,
+    sums: Vec<u32>,
+}
+
+/// The table of `a`, padded so that no wall in reach can fall off it.
+struct Padded {
+    columns: usize,
+    rows: usize,
+    pad: usize,
+    words: Vec<u32>,
+}
+
+const NEAR_BITS: u32 = 18;
+const NEAR_STEPS: f32 = 63.0;
+/// So many walls fit into the sums without overflow.
+const MOST_WALLS: usize = 4096;
+
+impl Volume {
+    pub(super) fn search(a: &Signature, b: &Signature, options: &AlignOptions) -> Self {
+        let resolution = a.frame().resolution();
+        let reach = cells(options.reach / resolution);
+        let padded = Padded::new(&WallTable::new(a, options.wall_sigma), 2 * reach + 1);
+        let walls: Vec<Point2<f64>> = b.walls().collect();
+        let walls: Vec<Point2<f64>> = walls.iter().step_by(walls.len().div_ceil(MOST_WALLS)).copied().collect();
+        let (turns, turn_step) = turns(options, resolution, &walls);
+        let origin = a.frame().origin();
+        let slice = |&turn: &f64| Slice::new(&padded, &walls, origin, resolution, reach, turn);
+        Self {
+            resolution,
+            side: 2 * reach + 1,
+            n_walls: walls.len(),
+            unknown_penalty: options.unknown_penalty,
+            min_overlap: options.min_overlap,
+            slices: turns.iter().map(slice).collect(),
+            turn_step,
+        }
+    }
+
+    /// Radians between two turns, 0 where only one was tried.
+    pub(super) fn turn_step(&self) -> f64 {
+        self.turn_step
+    }
+
+    /// All poses with enough overlap.
+    pub(super) fn scored(&self) -> impl Iterator<Item = u32> + '_ {
+        let n = self.slices.len() * self.side * self.side;
+        (0..u32::try_from(n).unwrap_or(u32::MAX)).filter(|&index| self.rank(index) > 0.0)
+    }
+
+    /// The score by which poses are ranked: unknown space counts a little against.
+    pub(super) fn rank(&self, index: u32) -> f64 {
+        self.score(index, self.unknown_penalty)
+    }
+
+    fn score(&self, index: u32, unknown_penalty: f64) -> f64 {
+        let (slice, at) = self.locate(index);
+        let sums = slice.sums[at];
+        let (near, known) = (f64::from(sums & ((1 << NEAR_BITS) - 1)), f64::from(sums >> NEAR_BITS));
+        let all = as_f64(self.n_walls);
+        if known < self.min_overlap * all || known == 0.0 {
+            return 0.0;
+        }
+        near / f64::from(NEAR_STEPS) / (known + unknown_penalty * (all - known))
+    }
+
+    fn locate(&self, index: u32) -> (&Slice, usize) {
+        let (index, area) = (index as usize, self.side * self.side);
+        (&self.slices[index / area], index % area)
+    }
+
+    pub(super) fn peak(&self, index: u32) -> Peak {
+        let (slice, at) = self.locate(index);
+        let step = Vector2::new(as_f64(at % self.side), as_f64(at / self.side)) * self.resolution;
+        Peak { offset: slice.corner + step, turn: slice.turn, score: self.rank(index) }
+    }
+
+    /// The spread of poses around `peak`, each weighted by `exp((score − best) / temperature)`.
+    ///
+    /// Poses turned further than a peak is wide are other matches, not this one's spread.
+    pub(super) fn covariance(&self, peak: &Peak, options: &AlignOptions) -> Matrix3<f64> {
+        let turned = |pose: &Peak| crate::Heading::from_radians(pose.turn) - crate::Heading::from_radians(peak.turn);
+        // Only the overlap is judged here: walls that leave the window say nothing of the axis they left along.
+        let scored = |index: u32| Peak { score: self.score(index, 0.0), ..self.peak(index) };
+        let poses: Vec<Peak> = self.scored().map(scored).filter(|pose| turned(pose).abs() < PEAK_TURN).collect();
+        let best = poses.iter().map(|pose| pose.score).fold(0.0, f64::max);
+        let (mut total, mut mean, mut square) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        for pose in &poses {
+            let weight = ((pose.score - best) / options.temperature).exp();
+            if weight < 1e-6 {
+                continue;
+            }
+            let step = (pose.offset - peak.offset).push(turned(pose));
+            total += weight;
+            mean += step * weight;
+            square += step * step.transpose() * weight;
+        }
+        if total == 0.0 {
+            let (position, turn) = (options.reach.powi(2) / 3.0, turn_variance(options));
+            return Matrix3::from_diagonal(&[position, position, turn].into());
+        }
+        let mean = mean / total;
+        let floor =
+            [(0.25 * self.resolution).powi(2), (0.25 * self.resolution).powi(2), (0.25 * self.turn_step).powi(2)];
+        let mut covariance = square / total - mean * mean.transpose() + Matrix3::from_diagonal(&floor.into());
+        if self.turn_step == 0.0 {
+            covariance[(2, 2)] = turn_variance(options);
+        }
+        covariance
+    }
+}
+
+/// The turns to try: one cell apart at the far walls.
+fn turns(options: &AlignOptions, resolution: f64, walls: &[Point2<f64>]) -> (Vec<f64>, f64) {
+    let far = walls.iter().map(|wall| wall.coords.norm()).fold(resolution, f64::max);
+    let window = options.turn_window.clamp(0.0, std::f64::consts::PI);
+    let half = cells((window / (resolution / far)).ceil()).min(2000);
+    if window <= 0.0 || half == 0 {
+        return (vec![0.0], 0.0);
+    }
+    let step = window / as_f64(half);
+    let whole_circle = window > std::f64::consts::PI - 0.5 * step;
+    let n = if whole_circle { 2 * half } else { 2 * half + 1 };
+    ((0..n).map(|k| as_f64(k) * step - window).collect(), step)
+}
+
+impl Padded {
+    fn new(table: &WallTable, pad: usize) -> Self {
+        let frame = table.frame();
+        let (columns, rows) = (frame.columns() + 2 * pad, frame.rows() + 2 * pad);
+        let mut words = vec![0; columns * rows];
+        for index in 0..frame.n_cells() {
+            let (near, known) = table.cell(index);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in [0, 63]")]
+            let near = (near * NEAR_STEPS).round() as u32;
+            let (row, column) = (index / frame.columns() + pad, index % frame.columns() + pad);
+            words[row * columns + column] = if known { near | 1 << NEAR_BITS } else { 0 };
+        }
+        Self { columns, rows, pad, words }
+    }
+
+    /// The index of the first of `side × side` words that a wall at `(column, row)` of `a` meets, if any can be known.
+    fn corner(&self, column: f64, row: f64, reach: usize, side: usize) -> Option<usize> {
+        let first = |at: f64| cells_signed(at + as_f64(self.pad) - as_f64(reach));
+        let (column, row) = (first(column)?, first(row)?);
+        (column + side <= self.columns && row + side <= self.rows).then_some(row * self.columns + column)
+    }
+}
+
+impl Slice {
+    fn new(
+        padded: &Padded,
+        walls: &[Point2<f64>],
+        origin: Point2<f64>,
+        resolution: f64,
+        reach: usize,
+        turn: f64,
+    ) -> Self {
+        let rotation = Rotation2::new(turn);
+        let turned: Vec<Vector2<f64>> =
+            walls.iter().map(|wall| (rotation * wall - origin) / resolution - Vector2::repeat(0.5)).collect();
+        let askew = common_fraction(&turned);
+        let side = 2 * reach + 1;
+        let mut sums = vec![0; side * side];
+        for wall in &turned {
+            let at = (wall - askew).map(f64::round);
+            let Some(corner) = padded.corner(at.x, at.y, reach, side) else { continue };
+            for (row, sums) in sums.chunks_exact_mut(side).enumerate() {
+                let start = corner + row * padded.columns;
+                for (sum, word) in sums.iter_mut().zip(&padded.words[start..start + side]) {
+                    *sum += word;
+                }
+            }
+        }
+        let corner = (Vector2::repeat(-as_f64(reach)) - askew) * resolution;
+        Self { turn, corner, sums }
+    }
+}
+
+/// By how much of a cell all points lie off the lattice, on the average round the circle of fractions.
+fn common_fraction(points: &[Vector2<f64>]) -> Vector2<f64> {
+    let fraction = |axis: usize| {
+        let (mut sin, mut cos) = (0.0, 0.0);
+        for point in points {
+            let angle = std::f64::consts::TAU * point[axis];
+            sin += angle.sin();
+            cos += angle.cos();
+        }
+        let common = sin.hypot(cos) > 0.5 * as_f64(points.len());
+        if common { sin.atan2(cos) / std::f64::consts::TAU } else { 0.0 }
+    };
+    Vector2::new(fraction(0), fraction(1))
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates; windows are small")]
+fn cells(value: f64) -> usize {
+    (value.round() as usize).min(1000)
+}
+
+/// A cell number, if it is one.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
+fn cells_signed(value: f64) -> Option<usize> {
+    (0.0..1e9).contains(&value).then_some(value as usize)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "cells of a local grid are few")]
+fn as_f64(count: usize) -> f64 {
+    count as f64
+}
