@@ -1,0 +1,106 @@
+use local_grid::{Fuzzy, FuzzyGrid, Grid};
+
+/// What a cell is, as planners take it: one of three.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum Occupancy {
+    /// Not known, or known too badly.
+    #[default]
+    Unknown,
+    /// A robot can be there, as far as the cell itself goes.
+    Free,
+    /// Something is there.
+    Occupied,
+}
+
+/// When a cell with degrees `E` of emptiness and `O` of occupancy counts as occupied, free or contradictory.
+///
+/// Occupied if `O > E` and `O > occupied`; free if `E > O` and `E > free`; contradictory if `E · O > contradictory`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+pub struct CrispOptions {
+    /// Least degree of occupancy of an occupied cell.
+    pub occupied: f32,
+    /// Least degree of emptiness of a free cell.
+    pub free: f32,
+    /// Least product of both of a contradictory cell.
+    pub contradictory: f32,
+}
+
+impl Default for CrispOptions {
+    fn default() -> Self {
+        Self { occupied: 0.5, free: 0.3, contradictory: 0.25 }
+    }
+}
+
+impl CrispOptions {
+    /// What the cell counts as.
+    #[must_use]
+    pub fn occupancy(&self, cell: Fuzzy) -> Occupancy {
+        if cell.occupied > cell.empty && cell.occupied > self.occupied {
+            Occupancy::Occupied
+        } else if cell.empty > cell.occupied && cell.empty > self.free {
+            Occupancy::Free
+        } else {
+            Occupancy::Unknown
+        }
+    }
+
+    /// Whether the cell's readings contradict each other.
+    #[must_use]
+    pub fn is_contradictory(&self, cell: Fuzzy) -> bool {
+        cell.empty * cell.occupied > self.contradictory
+    }
+}
+
+/// How many cells of a map are what. Contradictory cells are counted beside what they are taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CellCounts {
+    /// Cells taken for occupied.
+    pub occupied: usize,
+    /// Cells taken for free.
+    pub empty: usize,
+    /// Cells whose readings contradict each other.
+    pub contradictory: usize,
+    /// Cells of which nothing is known, or too little.
+    pub unexplored: usize,
+}
+
+/// The crisp map that planners read.
+#[must_use]
+pub fn occupancy(grid: &FuzzyGrid, options: &CrispOptions) -> Grid<Occupancy> {
+    grid.map(|&cell| options.occupancy(cell))
+}
+
+/// Counts what the cells are.
+#[must_use]
+pub fn count_cells(grid: &FuzzyGrid, options: &CrispOptions) -> CellCounts {
+    let mut counts = CellCounts::default();
+    for &cell in grid.cells() {
+        match options.occupancy(cell) {
+            Occupancy::Occupied => counts.occupied += 1,
+            Occupancy::Free => counts.empty += 1,
+            Occupancy::Unknown => counts.unexplored += 1,
+        }
+        counts.contradictory += usize::from(options.is_contradictory(cell));
+    }
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_decide() {
+        let crisp = |empty, occupied| CrispOptions::default().occupancy(Fuzzy { empty, occupied });
+        assert_eq!(crisp(0.0, 0.0), Occupancy::Unknown);
+        assert_eq!(crisp(0.4, 0.1), Occupancy::Free);
+        assert_eq!(crisp(0.2, 0.1), Occupancy::Unknown);
+        assert_eq!(crisp(0.2, 0.6), Occupancy::Occupied);
+        assert_eq!(crisp(0.7, 0.6), Occupancy::Free);
+        assert_eq!(crisp(0.6, 0.6), Occupancy::Unknown);
+        assert!(CrispOptions::default().is_contradictory(Fuzzy { empty: 0.6, occupied: 0.6 }));
+    }
+}

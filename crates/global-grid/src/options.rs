@@ -1,0 +1,125 @@
+use local_grid::{FrameError, LaserRay, ModelError, SonarCone, SonarRegions};
+
+use crate::Calculus;
+
+/// How a global gridmap is built. `Default` is a fuzzy map of 0.1 m cells with the sensor models' own defaults.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+pub struct GridOptions {
+    /// Edge of a cell in metres.
+    pub resolution: f64,
+    /// By which rule readings are joined.
+    pub calculus: Calculus,
+    /// What a sonar's reading says.
+    pub sonar: SonarModel,
+    /// What a laser's (or an infrared sensor's) reading says.
+    pub laser: LaserRay,
+}
+
+impl Default for GridOptions {
+    fn default() -> Self {
+        Self {
+            resolution: 0.1,
+            calculus: Calculus::default(),
+            sonar: SonarModel::default(),
+            laser: LaserRay::default(),
+        }
+    }
+}
+
+/// Which model draws sonar readings.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum SonarModel {
+    /// Oriolo's cone.
+    Cone(SonarCone),
+    /// Murphy's regions.
+    Regions(SonarRegions),
+}
+
+impl Default for SonarModel {
+    fn default() -> Self {
+        Self::Cone(SonarCone::default())
+    }
+}
+
+/// Why a gridmap cannot be built, or a reading cannot enter it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GridError {
+    /// The edge of a cell must be a length that a grid can use.
+    #[error("resolution must be between 0.0001 and 1000 metres per cell, got {0}")]
+    Resolution(f64),
+    /// A sensor model's options make no sense.
+    #[error("a sensor model's options are wrong")]
+    Model(#[from] ModelError),
+    /// A pose must be finite and within reach of the cells' numbers.
+    #[error("contribution {key}: pose must be finite and within {limit} m of the origin, got ({x}, {y}, {heading})")]
+    Pose {
+        /// The contribution that the scan was to join.
+        key: u64,
+        /// East, in metres.
+        x: f64,
+        /// North, in metres.
+        y: f64,
+        /// Heading in radians.
+        heading: f64,
+        /// The farthest that a pose may be, in metres.
+        limit: f64,
+    },
+    /// A beam may not be longer than a few thousand cells.
+    #[error(
+        "contribution {key}: sensor `{sensor}` reaches {range} m, more than {limit} cells of {resolution} m: \
+         use larger cells, or limit the sensor's range"
+    )]
+    Range {
+        /// The contribution that the scan was to join.
+        key: u64,
+        /// The sensor.
+        sensor: String,
+        /// Its longest reading in metres.
+        range: f64,
+        /// The edge of a cell in metres.
+        resolution: f64,
+        /// The most cells that a beam may be long.
+        limit: u32,
+    },
+    /// As many poses as scans are needed to move a contribution.
+    #[error("contribution {key} holds {scans} scans, got {poses} poses")]
+    Poses {
+        /// The contribution.
+        key: u64,
+        /// Its scans.
+        scans: usize,
+        /// The poses given.
+        poses: usize,
+    },
+    /// There is no such contribution.
+    #[error("there is no contribution {0}")]
+    NoContribution(u64),
+    /// Nothing is known of any cell, so there is no map to cut out.
+    #[error("no reading has said anything of any cell")]
+    NothingKnown,
+    /// The box around all that is known is too large for one dense grid.
+    #[error("the known cells span a box that no dense grid can hold")]
+    Frame(#[from] FrameError),
+}
+
+impl GridOptions {
+    /// Checks that every option lies where it makes sense.
+    ///
+    /// # Errors
+    ///
+    /// The first option that does not.
+    pub fn validate(&self) -> Result<(), GridError> {
+        if !(1e-4..=1e3).contains(&self.resolution) {
+            return Err(GridError::Resolution(self.resolution));
+        }
+        match &self.sonar {
+            SonarModel::Cone(model) => model.validate()?,
+            SonarModel::Regions(model) => model.validate()?,
+        }
+        self.laser.validate()?;
+        Ok(())
+    }
+}
