@@ -14,6 +14,7 @@ mod gauss_seidel;
 mod direct;
 
 pub mod g2o;
+mod block_cholesky;
 mod pose;
 
 pub use certificate::{forces, gap_bound};
