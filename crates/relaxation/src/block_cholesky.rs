@@ -8,5 +8,5 @@ mod kernel;
 mod numeric;
 mod symbolic;
 
-pub(crate) use numeric::{BlockCholesky, NotPositiveDefinite};
+pub(crate) use numeric::BlockCholesky;
 pub(crate) use symbolic::{Slot, Symbolic};

@@ -22,6 +22,7 @@
 //! # Ok::<(), relaxation::g2o::ParseError>(())
 //! ```
 
+mod build;
 mod number;
 mod read;
 mod write;
@@ -30,6 +31,7 @@ use nalgebra::{Matrix2, Matrix3, Point2, Vector2};
 
 use crate::pose::Pose;
 
+pub use build::{BuildError, PointProblem, PoseProblem};
 pub use read::{ParseError, read};
 pub use write::{WriteError, write, write_gzip, write_toro};
 

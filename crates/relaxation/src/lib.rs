@@ -13,14 +13,22 @@ mod gauss_seidel;
 
 mod direct;
 
-pub mod g2o;
 mod block_cholesky;
+mod unknowns;
+
+mod headings;
+
+mod pose_graph;
+
+pub mod g2o;
 mod pose;
 
 pub use certificate::{forces, gap_bound};
 pub use direct::{Direct, DirectFactor, SolveError, optimum};
 pub use gauss_seidel::{GaussSeidel, SweepOrder, sweep};
+pub use headings::{Compass, HeadingError, HeadingMethod, Headings, Turn, headings};
 pub use network::{Anchor, Network, NetworkError};
 pub use pose::{Pose, wrap};
+pub use pose_graph::{PoseGraph, PoseGraphError, PoseOptions, PoseSpring, RelaxedPoses, descend, relax_poses};
 pub use solver::{RelaxOptions, Relaxed, Solver, relax};
 pub use spring::Spring;

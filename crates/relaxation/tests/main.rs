@@ -3,3 +3,4 @@
 
 mod bad_input;
 mod hand_cases;
+mod real_graphs;

@@ -115,7 +115,14 @@ pub(super) fn factor_panel<const FUSED: bool>(panel: &mut [f64], rows: usize, co
         }
         if end < columns {
             let (done, rest) = panel.split_at_mut(end * rows);
-            subtract_outer::<FUSED>(&mut rest[end..], rows, (rows - end, columns - end), &done[begin * rows + end..], rows, end - begin);
+            subtract_outer::<FUSED>(
+                &mut rest[end..],
+                rows,
+                (rows - end, columns - end),
+                &done[begin * rows + end..],
+                rows,
+                end - begin,
+            );
         }
         begin = end;
     }

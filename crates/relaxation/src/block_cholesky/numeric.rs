@@ -32,7 +32,15 @@ impl BlockCholesky {
     pub(crate) fn new(symbolic: Arc<Symbolic>, block: usize) -> Self {
         let panels = vec![0.0; symbolic.blocks * block * block];
         let supernodes = symbolic.supernodes.len();
-        Self { symbolic, block, panels, updates: vec![Vec::new(); supernodes], spare: vec![], work: vec![], front: vec![] }
+        Self {
+            symbolic,
+            block,
+            panels,
+            updates: vec![Vec::new(); supernodes],
+            spare: vec![],
+            work: vec![],
+            front: vec![],
+        }
     }
 
     /// Makes it the zero matrix again.
@@ -46,11 +54,29 @@ impl BlockCholesky {
         debug_assert_eq!(B, self.block);
         let step = slot.height as usize * B;
         let start = slot.column_start * B * B + slot.row as usize * B;
-        for column in 0..B {
-            let target: &mut [f64; B] =
-                (&mut self.panels[start + column * step..start + column * step + B]).try_into().expect("B entries");
-            for row in 0..B {
-                target[row] += if slot.transposed { entries[column][row] } else { entries[row][column] };
+        let transpose: [[f64; B]; B];
+        let columns = if slot.transposed {
+            entries
+        } else {
+            transpose = std::array::from_fn(|c| std::array::from_fn(|r| entries[r][c]));
+            &transpose
+        };
+        for (column, entries) in columns.iter().enumerate() {
+            let begin = start + column * step;
+            for (target, entry) in self.panels[begin..begin + B].iter_mut().zip(entries) {
+                *target += entry;
+            }
+        }
+    }
+
+    /// Copies the diagonal, in the order of the unknowns.
+    pub(crate) fn diagonal(&self, out: &mut [f64]) {
+        let block = self.block;
+        for (node, out) in out.chunks_exact_mut(block).enumerate() {
+            let slot = self.symbolic.diagonal(node);
+            let start = slot.column_start * block * block + slot.row as usize * block;
+            for (k, out) in out.iter_mut().enumerate() {
+                *out = self.panels[start + k * slot.height as usize * block + k];
             }
         }
     }
@@ -219,11 +245,11 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     /// A random graph, its matrix as blocks and dense, compared with a dense solution.
-    fn against_dense<const B: usize>(nodes: usize, edges: usize, seed: u128) {
+    fn against_dense<const B: usize>(nodes: u32, edges: usize, seed: u128) {
         let mut random = Pcg64Mcg::new(seed);
-        let pairs: Vec<(u32, u32)> = (0..edges)
-            .map(|_| (random.random_range(0..nodes) as u32, random.random_range(0..nodes) as u32))
-            .collect();
+        let pairs: Vec<(u32, u32)> =
+            (0..edges).map(|_| (random.random_range(0..nodes), random.random_range(0..nodes))).collect();
+        let nodes = nodes as usize;
         let symbolic = Arc::new(Symbolic::new(nodes, pairs.iter().copied()));
         let mut sparse = BlockCholesky::new(Arc::clone(&symbolic), B);
         let mut dense = DMatrix::zeros(nodes * B, nodes * B);
@@ -239,7 +265,8 @@ mod tests {
                 sparse.add(symbolic.diagonal(node), &entries);
             }
             for (i, j) in pairs.iter().map(|(i, j)| (*i as usize, *j as usize)).filter(|(i, j)| i != j) {
-                let entries: [[f64; B]; B] = std::array::from_fn(|_| std::array::from_fn(|_| random.random::<f64>() - 0.5));
+                let entries: [[f64; B]; B] =
+                    std::array::from_fn(|_| std::array::from_fn(|_| random.random::<f64>() - 0.5));
                 sparse.add(symbolic.slot(i, j), &entries);
                 for r in 0..B {
                     for c in 0..B {

@@ -1,6 +1,5 @@
 //! The pattern: fill-reducing order, elimination tree, supernodes, and where each block lies.
 
-use faer::Conj;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
@@ -86,7 +85,14 @@ impl Symbolic {
             node_at[*place as usize] = node;
         }
         let mut super_of = vec![0u32; nodes];
-        let mut this = Self { place, supernodes: Vec::with_capacity(starts.len()), rows: vec![], in_parent: vec![], super_of: vec![], blocks: 0 };
+        let mut this = Self {
+            place,
+            supernodes: Vec::with_capacity(starts.len()),
+            rows: vec![],
+            in_parent: vec![],
+            super_of: vec![],
+            blocks: 0,
+        };
         let mut first_child = vec![NONE; starts.len()];
         let mut next_sibling = vec![NONE; starts.len()];
         let mut mark = vec![NONE; nodes];
@@ -100,8 +106,8 @@ impl Symbolic {
                     rows.push(row);
                 }
             };
-            for column in first..end {
-                for other in neighbors.of(node_at[column] as usize) {
+            for node in &node_at[first..end] {
+                for other in neighbors.of(*node as usize) {
                     add(&mut this.rows, this.place[*other as usize]);
                 }
             }
@@ -147,11 +153,6 @@ impl Symbolic {
             }
         }
         this
-    }
-
-    /// Number of nodes.
-    pub(crate) fn nodes(&self) -> usize {
-        self.place.len()
     }
 
     /// Where the diagonal block of `node` lies.
