@@ -1,0 +1,73 @@
+//! What decides where one region ends and the next begins.
+
+/// What decides where one region ends and the next begins; lengths in metres.
+///
+/// One set serves every map: the defaults follow from the sizes of people, doors and chairs, not from a single building.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct Options {
+    /// Cells are free where their membership is above this, in `[0, 1)`.
+    pub threshold: f32,
+    /// Free-standing obstacles at most this far across are furniture and part of their room, `[0, 10]` m.
+    pub furniture: f64,
+    /// Gateways are at most this wide, `[0.1, 20]` m.
+    pub widest_gateway: f64,
+    /// Smaller pieces join a neighbour, or are dropped where they have none, `[0, 1000]` m².
+    pub least_area: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { threshold: 0.5, furniture: 1.2, widest_gateway: 4.0, least_area: 1.5 }
+    }
+}
+
+/// Why a grid could not be cut into regions.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SegmentError {
+    /// An option is out of its range.
+    #[error("option {name} must be {expected}, got {value}")]
+    Option {
+        /// Which option.
+        name: &'static str,
+        /// What is allowed.
+        expected: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// The mask of unexplored cells is not of the grid's size.
+    #[error(
+        "the mask of unexplored cells has {rows} rows and {columns} columns, the grid {grid_rows} and {grid_columns}"
+    )]
+    Mask {
+        /// Rows of the mask.
+        rows: usize,
+        /// Columns of the mask.
+        columns: usize,
+        /// Rows of the grid.
+        grid_rows: usize,
+        /// Columns of the grid.
+        grid_columns: usize,
+    },
+    /// Labels have 16 bits.
+    #[error("the map falls into {0} regions, more than 65535; is it noise, or the resolution wrong?")]
+    TooManyRegions(usize),
+}
+
+impl Options {
+    /// Refuses values that mean nothing.
+    pub(crate) fn check(&self) -> Result<(), SegmentError> {
+        let checks = [
+            ("threshold", "in [0, 1)", f64::from(self.threshold), (0.0..1.0).contains(&self.threshold)),
+            ("furniture", "in [0, 10] m", self.furniture, (0.0..=10.0).contains(&self.furniture)),
+            ("widest_gateway", "in [0.1, 20] m", self.widest_gateway, (0.1..=20.0).contains(&self.widest_gateway)),
+            ("least_area", "in [0, 1000] m²", self.least_area, (0.0..=1000.0).contains(&self.least_area)),
+        ];
+        match checks.into_iter().find(|check| !check.3) {
+            Some((name, expected, value, _)) => Err(SegmentError::Option { name, expected, value }),
+            None => Ok(()),
+        }
+    }
+}

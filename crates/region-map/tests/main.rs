@@ -1,0 +1,4 @@
+//! Behaviour of the crate, file by subject.
+
+mod plans;
+mod rooms;
