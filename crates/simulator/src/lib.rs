@@ -1,1 +1,32 @@
-//! stub
+#![doc = include_str!("../README.md")]
+
+mod compass;
+mod corner;
+mod description;
+mod index;
+mod laser;
+mod mover;
+mod noise;
+mod odometry;
+mod picture;
+mod robot;
+mod segment;
+mod sonar;
+mod tour;
+mod world;
+
+pub use compass::CompassModel;
+pub use description::{DescriptionError, InfraredRing, LaserFan, RobotDescription, SonarRing, Turret};
+pub use laser::RayModel;
+pub use mover::{Mover, Repeats, Station};
+pub use odometry::OdometryModel;
+pub use picture::Picture;
+pub use robot::{Command, Outcome, Robot};
+pub use segment::{Material, Segment};
+pub use sonar::SonarModel;
+pub use tour::{TourError, TourOptions};
+pub use world::{PlanError, Scene, Tour, World, WorldError, WorldParts};
+
+pub use local_grid;
+pub use local_grid::nalgebra;
+pub use robot_log;
