@@ -213,7 +213,7 @@ fn judge_ambiguity(mut covariance: Matrix3<f64>, options: &AlignOptions) -> (Mat
 }
 
 /// An axis as the one of its two headings that lies in `(−π/2, π/2]`.
-fn axis(direction: Vector2<f64>) -> Heading {
+pub(crate) fn axis(direction: Vector2<f64>) -> Heading {
     let positive = direction.x > 1e-12 || (direction.x.abs() <= 1e-12 && direction.y > 0.0);
     Heading::of(if positive { direction } else { -direction })
 }

@@ -6,8 +6,10 @@ mod frame;
 mod grid;
 mod heading;
 mod integrate;
+mod local_map;
 pub mod raster;
 mod scan;
+mod scan_match;
 mod sensor;
 mod signature;
 mod working;
@@ -17,7 +19,9 @@ pub use evidence::{Bayes, Cell, DempsterShafer, Evidence, Fuzzy, Union};
 pub use frame::{FrameError, GridFrame};
 pub use grid::{FuzzyGrid, Grid};
 pub use heading::Heading;
+pub use local_map::{LocalMap, LocalMapError, LocalMapOptions};
 pub use scan::{Beam, RangeSensor, Reading, Scan, ScanError, SensorError, SensorKind};
+pub use scan_match::{Fit, Match, MatchOptions, Prior, judge, refine};
 pub use sensor::{
     AngularProfile, BeamPoint, Footprint, LaserRay, ModelError, SensorModel, SonarCone, SonarRegions, Sounding,
 };

@@ -1,0 +1,169 @@
+use nalgebra::{Isometry2, Matrix2, Matrix3, Point2, Vector2, Vector3};
+
+use super::{Match, MatchOptions, Prior, judge};
+use crate::align::axis;
+use crate::{Ambiguity, Heading, LocalMap};
+
+/// The normal equations of one step.
+#[derive(Debug, Clone, Copy)]
+struct Normal {
+    hessian: Matrix3<f64>,
+    gradient: Vector3<f64>,
+    cost: f64,
+    weight: f64,
+}
+
+/// Slides a scan into the map by Gauss-Newton on the distances from its echoes to the nearest walls.
+///
+/// Minimises, with a Cauchy kernel of scale `c` and the prior's information `P`,
+///
+/// ```text
+/// Σ_i c²/(2 σ² m) ln(1 + d(T e_i)²/c²) + ½ (T ⊖ T_prior)ᵀ P (T ⊖ T_prior)
+/// ```
+///
+/// where `m` echoes count as one measurement of standard deviation `σ`. The start must lie within the field's reach of
+/// the truth, in position and at the echoes in heading.
+#[must_use]
+pub fn refine(map: &LocalMap, echoes: &[Point2<f64>], prior: &Prior, options: &MatchOptions) -> Match {
+    let mut pose = pose_vector(&prior.map_from_robot);
+    let mut normal = equations(map, echoes, &pose, prior, options);
+    for _ in 0..options.max_steps {
+        let damped =
+            normal.hessian + Matrix3::from_diagonal(&(normal.hessian.diagonal() * 1e-6)) + Matrix3::identity() * 1e-6;
+        let Some(step) = damped.cholesky().map(|factor| -factor.solve(&normal.gradient)) else { break };
+        let Some((next, better)) = descend(map, echoes, &pose, &step, &normal, prior, options) else { break };
+        let moved = next - pose;
+        (pose, normal) = (next, better);
+        if moved.xy().norm() < 2e-4 && moved.z.abs() < 1e-4 {
+            break;
+        }
+    }
+    finish(map, echoes, &pose, options)
+}
+
+/// The pose after a step, halved until the cost falls.
+fn descend(
+    map: &LocalMap,
+    echoes: &[Point2<f64>],
+    pose: &Vector3<f64>,
+    step: &Vector3<f64>,
+    normal: &Normal,
+    prior: &Prior,
+    options: &MatchOptions,
+) -> Option<(Vector3<f64>, Normal)> {
+    let mut share = 1.0;
+    for _ in 0..4 {
+        let next = pose + step * share;
+        let tried = equations(map, echoes, &next, prior, options);
+        if tried.cost <= normal.cost {
+            return Some((next, tried));
+        }
+        share *= 0.4;
+    }
+    None
+}
+
+fn pose_vector(pose: &Isometry2<f64>) -> Vector3<f64> {
+    pose.translation.vector.push(pose.rotation.angle())
+}
+
+fn isometry(pose: &Vector3<f64>) -> Isometry2<f64> {
+    Isometry2::new(pose.xy(), pose.z)
+}
+
+fn equations(
+    map: &LocalMap,
+    echoes: &[Point2<f64>],
+    pose: &Vector3<f64>,
+    prior: &Prior,
+    options: &MatchOptions,
+) -> Normal {
+    let per_echo = 1.0 / (options.echo_sigma.powi(2) * options.echoes_per_measurement);
+    let mut normal = walls_only(map, echoes, pose, options, per_echo);
+    let guess = pose_vector(&prior.map_from_robot);
+    let turned = Heading::from_radians(pose.z) - Heading::from_radians(guess.z);
+    let off = (pose.xy() - guess.xy()).push(turned);
+    normal.hessian += prior.information;
+    normal.gradient += prior.information * off;
+    normal.cost += 0.5 * off.dot(&(prior.information * off));
+    normal
+}
+
+fn walls_only(
+    map: &LocalMap,
+    echoes: &[Point2<f64>],
+    pose: &Vector3<f64>,
+    options: &MatchOptions,
+    per_echo: f64,
+) -> Normal {
+    let (sin, cos) = pose.z.sin_cos();
+    let (far, square_kernel) = (map.options().max_distance, options.kernel.powi(2));
+    let mut normal = Normal { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), cost: 0.0, weight: 0.0 };
+    let h = &mut normal.hessian;
+    for echo in echoes {
+        let arm = Vector2::new(cos * echo.x - sin * echo.y, sin * echo.x + cos * echo.y);
+        let (distance, slope) = map.distance(Point2::from(pose.xy() + arm));
+        let share = distance * distance / square_kernel;
+        normal.cost += 0.5 * per_echo * square_kernel * share.ln_1p();
+        if distance >= far {
+            continue; // flat: no wall in reach
+        }
+        let weight = per_echo / (1.0 + share); // Cauchy
+        let row = Vector3::new(slope.x, slope.y, arm.perp(&slope));
+        let scaled = row * weight;
+        h[(0, 0)] += scaled.x * row.x;
+        h[(0, 1)] += scaled.x * row.y;
+        h[(0, 2)] += scaled.x * row.z;
+        h[(1, 1)] += scaled.y * row.y;
+        h[(1, 2)] += scaled.y * row.z;
+        h[(2, 2)] += scaled.z * row.z;
+        normal.gradient += scaled * distance;
+        normal.weight += weight;
+    }
+    h[(1, 0)] = h[(0, 1)];
+    h[(2, 0)] = h[(0, 2)];
+    h[(2, 1)] = h[(1, 2)];
+    normal
+}
+
+fn finish(map: &LocalMap, echoes: &[Point2<f64>], pose: &Vector3<f64>, options: &MatchOptions) -> Match {
+    let per_echo = 1.0 / (options.echo_sigma.powi(2) * options.echoes_per_measurement);
+    let normal = walls_only(map, echoes, pose, options, per_echo);
+    let map_from_robot = isometry(pose);
+    let fit = judge(map, echoes, &map_from_robot, options);
+    let (covariance, ambiguity) = spread(&normal, map.options().max_distance, options);
+    Match {
+        map_from_robot,
+        covariance,
+        score: fit.score,
+        inliers: fit.inliers,
+        contradiction: fit.contradiction,
+        ambiguity,
+    }
+}
+
+/// The covariance of a solution; along axes of which the walls say nothing, that of ignorance.
+fn spread(normal: &Normal, reach: f64, options: &MatchOptions) -> (Matrix3<f64>, Ambiguity) {
+    let ignorance = reach * reach / 3.0;
+    let block: Matrix2<f64> = normal.hessian.fixed_view::<2, 2>(0, 0).into();
+    let eigen = block.symmetric_eigen();
+    let floor = (options.ambiguous_below * normal.weight).max(1.0 / ignorance);
+    let vague = eigen.eigenvalues.map(|value| value < floor);
+    // Heading keeps what it has; the block is rebuilt with the vague axes cut off from all else.
+    let mut information = normal.hessian;
+    information[(2, 2)] = information[(2, 2)].max(1.0); // never worse than a radian
+    let mut ambiguity = Ambiguity::None;
+    for k in 0..2 {
+        if !vague[k] {
+            continue;
+        }
+        let direction: Vector2<f64> = eigen.eigenvectors.column(k).into();
+        let along = direction.push(0.0);
+        let keep = Matrix3::identity() - along * along.transpose();
+        information = keep * information * keep + along * along.transpose() / ignorance;
+        ambiguity =
+            if ambiguity == Ambiguity::None { Ambiguity::Along(axis(direction)) } else { Ambiguity::Everywhere };
+    }
+    let covariance = information.try_inverse().filter(|inverse| inverse.iter().all(|x| x.is_finite()));
+    (covariance.unwrap_or_else(|| Matrix3::from_diagonal(&[ignorance, ignorance, 1.0].into())), ambiguity)
+}
