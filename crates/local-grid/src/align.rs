@@ -1,4 +1,4 @@
-mod peaks;
+pub(crate) mod peaks;
 mod score;
 mod search;
 mod table;
@@ -8,7 +8,8 @@ use nalgebra::{Isometry2, Matrix2, Matrix3, Vector2};
 use crate::{Heading, Signature};
 use peaks::Peak;
 use score::SymmetricScore;
-use search::Volume;
+pub(crate) use search::Volume;
+pub(crate) use table::WallTable;
 
 /// Within which window two signatures are compared, and how strictly.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,7 +156,8 @@ pub fn align(a: &Signature, b: &Signature, options: &AlignOptions) -> Alignment 
     if (fine - other).abs() > 1e-9 * fine || a.walls().next().is_none() || b.walls().next().is_none() {
         return Alignment::nothing(options);
     }
-    let volume = Volume::search(a, b, options);
+    let walls: Vec<_> = b.walls().collect();
+    let volume = Volume::over(&WallTable::new(a, options.wall_sigma), &walls, options);
     let score = SymmetricScore::new(a, b, options);
     let mut found = peaks::of(&volume, options);
     for peak in &mut found {

@@ -21,7 +21,9 @@ pub use grid::{FuzzyGrid, Grid};
 pub use heading::Heading;
 pub use local_map::{LocalMap, LocalMapError, LocalMapOptions};
 pub use scan::{Beam, RangeSensor, Reading, Scan, ScanError, SensorError, SensorKind};
-pub use scan_match::{Fit, Match, MatchOptions, Prior, judge, refine};
+pub use scan_match::{
+    Echo, Fit, Match, MatchOptions, Prior, SearchWindow, TrackOptions, echoes, judge, refine, search, thinned, track,
+};
 pub use sensor::{
     AngularProfile, BeamPoint, Footprint, LaserRay, ModelError, SensorModel, SonarCone, SonarRegions, Sounding,
 };

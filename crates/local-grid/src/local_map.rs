@@ -159,6 +159,19 @@ impl LocalMap {
         (distance, gradient / self.options.resolution)
     }
 
+    /// The least distance to a wall among the cells in the middle of a square of `edge` metres around `point`, and whether any
+    /// of them is known: enough to search with steps of that edge.
+    pub(crate) fn nearest(&self, point: Point2<f64>, edge: f64) -> (f64, bool) {
+        let quarter = 0.25 * edge;
+        let mut best = (self.options.max_distance, false);
+        for (dx, dy) in [(-quarter, -quarter), (quarter, -quarter), (-quarter, quarter), (quarter, quarter)] {
+            let Some(cell) = self.cell(point.coords + Vector2::new(dx, dy)) else { continue };
+            let Some((cells, at)) = self.patches.at(cell) else { continue };
+            best = (best.0.min(f64::from(cells.distance[at])), best.1 || cells.is_known(at));
+        }
+        best
+    }
+
     /// Whether any ray ended in, or passed, the cell of `point`.
     #[must_use]
     pub fn is_known(&self, point: Point2<f64>) -> bool {
@@ -198,9 +211,8 @@ impl LocalMap {
         let side = |low: i32, high: i32| usize::try_from(i64::from(high) - i64::from(low) + 1).unwrap_or(usize::MAX);
         let origin = Point2::new(f64::from(low.0), f64::from(low.1)) * resolution;
         let frame = GridFrame::new(origin, resolution, side(low.1, high.1), side(low.0, high.0))?;
-        let mut grid = Grid::from_cells(frame, vec![Evidence::default(); frame.n_cells()])
-            .expect("as many cells as the frame has");
-        for (cells, at, (x, y)) in self.patches.cells() {
+        let mut grid = Grid::new(frame);
+        for (cells, at, (x, y)) in self.patches.cells().filter(|(cells, at, _)| cells.is_known(*at)) {
             if let Some(cell) = grid.get_mut(side(low.1, y) - 1, side(low.0, x) - 1) {
                 *cell = cells.evidence(at);
             }

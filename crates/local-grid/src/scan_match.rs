@@ -1,10 +1,16 @@
+mod echoes;
 mod refine;
+mod search;
+mod track;
 
-use nalgebra::{Isometry2, Matrix3, Point2};
+use nalgebra::{Isometry2, Matrix3};
 
 use crate::{Ambiguity, LocalMap};
 
+pub use echoes::{Echo, echoes, thinned};
 pub use refine::refine;
+pub use search::{SearchWindow, search};
+pub use track::{TrackOptions, track};
 
 /// How scans are fitted to a local map.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,13 +24,22 @@ pub struct MatchOptions {
     pub echoes_per_measurement: f64,
     /// An axis is ambiguous when less than this share of the walls' information lies along it.
     pub ambiguous_below: f64,
+    /// The share of the prior's information that counts along axes of which the walls do tell.
+    pub prior_share: f64,
     /// The most steps of Gauss and Newton.
     pub max_steps: usize,
 }
 
 impl Default for MatchOptions {
     fn default() -> Self {
-        Self { kernel: 0.15, echo_sigma: 0.05, echoes_per_measurement: 10.0, ambiguous_below: 0.03, max_steps: 30 }
+        Self {
+            kernel: 0.15,
+            echo_sigma: 0.05,
+            echoes_per_measurement: 10.0,
+            ambiguous_below: 0.03,
+            prior_share: 0.02,
+            max_steps: 30,
+        }
     }
 }
 
@@ -65,13 +80,13 @@ impl Prior {
 
 /// How well echoes fit at a pose, without any search.
 #[must_use]
-pub fn judge(map: &LocalMap, echoes: &[Point2<f64>], map_from_robot: &Isometry2<f64>, options: &MatchOptions) -> Fit {
+pub fn judge(map: &LocalMap, echoes: &[Echo], map_from_robot: &Isometry2<f64>, options: &MatchOptions) -> Fit {
     let mut fit = Fit::default();
     if echoes.is_empty() {
         return fit;
     }
     for echo in echoes {
-        let point = map_from_robot * echo;
+        let point = map_from_robot * echo.point;
         let (distance, _) = map.distance(point);
         fit.score += (-0.5 * (distance / options.kernel).powi(2)).exp();
         if distance <= options.kernel {

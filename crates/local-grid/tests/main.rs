@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod alignment;
+mod laser;
 mod plan;
 mod signature;
 mod sonar_model;

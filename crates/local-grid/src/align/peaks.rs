@@ -5,17 +5,17 @@ use super::{AlignOptions, PEAK_TURN};
 
 /// A pose at which the score is high.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Peak {
-    pub(super) offset: Vector2<f64>,
-    pub(super) turn: f64,
-    pub(super) score: f64,
+pub(crate) struct Peak {
+    pub(crate) offset: Vector2<f64>,
+    pub(crate) turn: f64,
+    pub(crate) score: f64,
 }
 
 /// How many peaks are looked at closely.
 const MOST: usize = 8;
 
 /// The best poses of the volume, each a separation away from all better ones.
-pub(super) fn of(volume: &Volume, options: &AlignOptions) -> Vec<Peak> {
+pub(crate) fn of(volume: &Volume, options: &AlignOptions) -> Vec<Peak> {
     let mut order: Vec<u32> = volume.scored().collect();
     let enough = order.len().min(4096);
     if enough < order.len() {

@@ -3,14 +3,13 @@ use nalgebra::{Matrix3, Point2, Rotation2, Vector2, Vector3};
 use super::peaks::Peak;
 use super::table::WallTable;
 use super::{AlignOptions, PEAK_TURN, turn_variance};
-use crate::Signature;
 
-/// The scores of every offset and turn of the window: walls of `b` in `a`, one way.
+/// The scores of every offset and turn of a window: walls of `b` in `a`, one way.
 ///
 /// A score packs two sums over walls into one word, so that one addition per wall and pose does: nearness to walls in
 /// 64 steps in the low 18 bits, and above them how many walls met known space.
 #[derive(Debug)]
-pub(super) struct Volume {
+pub(crate) struct Volume {
     resolution: f64,
     side: usize,
     n_walls: usize,
@@ -43,14 +42,14 @@ const NEAR_STEPS: f32 = 63.0;
 const MOST_WALLS: usize = 4096;
 
 impl Volume {
-    pub(super) fn search(a: &Signature, b: &Signature, options: &AlignOptions) -> Self {
-        let resolution = a.frame().resolution();
+    /// Scores `walls` (points of the second frame) against `table` (in the first) at every offset and turn.
+    pub(crate) fn over(table: &WallTable, walls: &[Point2<f64>], options: &AlignOptions) -> Self {
+        let resolution = table.frame().resolution();
         let reach = cells(options.reach / resolution);
-        let padded = Padded::new(&WallTable::new(a, options.wall_sigma), 2 * reach + 1);
-        let walls: Vec<Point2<f64>> = b.walls().collect();
-        let walls: Vec<Point2<f64>> = walls.iter().step_by(walls.len().div_ceil(MOST_WALLS)).copied().collect();
+        let padded = Padded::new(table, 2 * reach + 1);
+        let walls: Vec<Point2<f64>> = walls.iter().step_by(walls.len().div_ceil(MOST_WALLS).max(1)).copied().collect();
         let (turns, turn_step) = turns(options, resolution, &walls);
-        let origin = a.frame().origin();
+        let origin = table.frame().origin();
         let slice = |&turn: &f64| Slice::new(&padded, &walls, origin, resolution, reach, turn);
         Self {
             resolution,
@@ -64,18 +63,18 @@ impl Volume {
     }
 
     /// Radians between two turns, 0 where only one was tried.
-    pub(super) fn turn_step(&self) -> f64 {
+    pub(crate) fn turn_step(&self) -> f64 {
         self.turn_step
     }
 
     /// All poses with enough overlap.
-    pub(super) fn scored(&self) -> impl Iterator<Item = u32> + '_ {
+    pub(crate) fn scored(&self) -> impl Iterator<Item = u32> + '_ {
         let n = self.slices.len() * self.side * self.side;
         (0..u32::try_from(n).unwrap_or(u32::MAX)).filter(|&index| self.rank(index) > 0.0)
     }
 
     /// The score by which poses are ranked: unknown space counts a little against.
-    pub(super) fn rank(&self, index: u32) -> f64 {
+    pub(crate) fn rank(&self, index: u32) -> f64 {
         self.score(index, self.unknown_penalty)
     }
 
@@ -95,7 +94,7 @@ impl Volume {
         (&self.slices[index / area], index % area)
     }
 
-    pub(super) fn peak(&self, index: u32) -> Peak {
+    pub(crate) fn peak(&self, index: u32) -> Peak {
         let (slice, at) = self.locate(index);
         let step = Vector2::new(as_f64(at % self.side), as_f64(at / self.side)) * self.resolution;
         Peak { offset: slice.corner + step, turn: slice.turn, score: self.rank(index) }
@@ -104,7 +103,7 @@ impl Volume {
     /// The spread of poses around `peak`, each weighted by `exp((score − best) / temperature)`.
     ///
     /// Poses turned further than a peak is wide are other matches, not this one's spread.
-    pub(super) fn covariance(&self, peak: &Peak, options: &AlignOptions) -> Matrix3<f64> {
+    pub(crate) fn covariance(&self, peak: &Peak, options: &AlignOptions) -> Matrix3<f64> {
         let turned = |pose: &Peak| crate::Heading::from_radians(pose.turn) - crate::Heading::from_radians(peak.turn);
         // Only the overlap is judged here: walls that leave the window say nothing of the axis they left along.
         let scored = |index: u32| Peak { score: self.score(index, 0.0), ..self.peak(index) };

@@ -4,7 +4,7 @@ use crate::{CellClass, GridFrame, Signature};
 
 /// What a wall of another signature meets at each cell of this one: nearness to a wall, and whether anything is known.
 #[derive(Debug, Clone)]
-pub(super) struct WallTable {
+pub(crate) struct WallTable {
     frame: GridFrame,
     near: Vec<f32>,
     known: Vec<bool>,
@@ -27,7 +27,13 @@ impl WallTable {
     /// How near a wall must be for an echo not to contradict free space.
     const CONTRADICTS_BELOW: f32 = 0.1;
 
-    pub(super) fn new(signature: &Signature, wall_sigma: f64) -> Self {
+    /// A table of given nearness and known-ness, row by row.
+    pub(crate) fn of(frame: GridFrame, cells: impl Iterator<Item = (f32, bool)>) -> Self {
+        let (near, known) = cells.unzip();
+        Self { frame, near, known }
+    }
+
+    pub(crate) fn new(signature: &Signature, wall_sigma: f64) -> Self {
         let frame = *signature.frame();
         let mut near = vec![0.0; frame.n_cells()];
         let kernel = kernel(frame.resolution(), wall_sigma);
@@ -40,7 +46,7 @@ impl WallTable {
         Self { frame, near, known }
     }
 
-    pub(super) fn frame(&self) -> &GridFrame {
+    pub(crate) fn frame(&self) -> &GridFrame {
         &self.frame
     }
 

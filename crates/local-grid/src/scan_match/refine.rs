@@ -1,6 +1,6 @@
 use nalgebra::{Isometry2, Matrix2, Matrix3, Point2, Vector2, Vector3};
 
-use super::{Match, MatchOptions, Prior, judge};
+use super::{Echo, Match, MatchOptions, Prior, judge};
 use crate::align::axis;
 use crate::{Ambiguity, Heading, LocalMap};
 
@@ -24,8 +24,9 @@ struct Normal {
 /// where `m` echoes count as one measurement of standard deviation `σ`. The start must lie within the field's reach of
 /// the truth, in position and at the echoes in heading.
 #[must_use]
-pub fn refine(map: &LocalMap, echoes: &[Point2<f64>], prior: &Prior, options: &MatchOptions) -> Match {
+pub fn refine(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &MatchOptions) -> Match {
     let mut pose = pose_vector(&prior.map_from_robot);
+    let prior = &where_needed(map, echoes, prior, options);
     let mut normal = equations(map, echoes, &pose, prior, options);
     for _ in 0..options.max_steps {
         let damped =
@@ -41,10 +42,28 @@ pub fn refine(map: &LocalMap, echoes: &[Point2<f64>], prior: &Prior, options: &M
     finish(map, echoes, &pose, options)
 }
 
+/// The prior with its full weight only along axes of which the walls say nothing.
+///
+/// Elsewhere it would not add knowledge but its bias: odometry errs the same way again and again, and every scan would
+/// give in to it a little. What is left of it there keeps the equations regular.
+fn where_needed(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &MatchOptions) -> Prior {
+    let walls = walls_only(map, echoes, &pose_vector(&prior.map_from_robot), options, 1.0);
+    let block: Matrix2<f64> = walls.hessian.fixed_view::<2, 2>(0, 0).into();
+    let eigen = block.symmetric_eigen();
+    let weights = eigen.eigenvalues.map(|value| {
+        let vague = value < options.ambiguous_below * walls.weight || walls.weight == 0.0;
+        if vague { 1.0 } else { options.prior_share.sqrt() }
+    });
+    let scale = eigen.eigenvectors * Matrix2::from_diagonal(&weights) * eigen.eigenvectors.transpose();
+    let mut keep = Matrix3::from_diagonal_element(options.prior_share.sqrt());
+    keep.fixed_view_mut::<2, 2>(0, 0).copy_from(&scale);
+    Prior { map_from_robot: prior.map_from_robot, information: keep * prior.information * keep }
+}
+
 /// The pose after a step, halved until the cost falls.
 fn descend(
     map: &LocalMap,
-    echoes: &[Point2<f64>],
+    echoes: &[Echo],
     pose: &Vector3<f64>,
     step: &Vector3<f64>,
     normal: &Normal,
@@ -71,13 +90,7 @@ fn isometry(pose: &Vector3<f64>) -> Isometry2<f64> {
     Isometry2::new(pose.xy(), pose.z)
 }
 
-fn equations(
-    map: &LocalMap,
-    echoes: &[Point2<f64>],
-    pose: &Vector3<f64>,
-    prior: &Prior,
-    options: &MatchOptions,
-) -> Normal {
+fn equations(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, prior: &Prior, options: &MatchOptions) -> Normal {
     let per_echo = 1.0 / (options.echo_sigma.powi(2) * options.echoes_per_measurement);
     let mut normal = walls_only(map, echoes, pose, options, per_echo);
     let guess = pose_vector(&prior.map_from_robot);
@@ -89,20 +102,19 @@ fn equations(
     normal
 }
 
-fn walls_only(
-    map: &LocalMap,
-    echoes: &[Point2<f64>],
-    pose: &Vector3<f64>,
-    options: &MatchOptions,
-    per_echo: f64,
-) -> Normal {
+fn walls_only(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &MatchOptions, per_echo: f64) -> Normal {
     let (sin, cos) = pose.z.sin_cos();
     let (far, square_kernel) = (map.options().max_distance, options.kernel.powi(2));
     let mut normal = Normal { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), cost: 0.0, weight: 0.0 };
     let h = &mut normal.hessian;
     for echo in echoes {
-        let arm = Vector2::new(cos * echo.x - sin * echo.y, sin * echo.x + cos * echo.y);
+        let turned = |v: Vector2<f64>| Vector2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
+        let arm = turned(echo.point.coords);
         let (distance, slope) = map.distance(Point2::from(pose.xy() + arm));
+        let (distance, slope) = match echo.normal {
+            Some(normal) if distance < far => across(distance, slope, turned(normal)),
+            _ => (distance, slope),
+        };
         let share = distance * distance / square_kernel;
         normal.cost += 0.5 * per_echo * square_kernel * share.ln_1p();
         if distance >= far {
@@ -126,7 +138,17 @@ fn walls_only(
     normal
 }
 
-fn finish(map: &LocalMap, echoes: &[Point2<f64>], pose: &Vector3<f64>, options: &MatchOptions) -> Match {
+/// The part of a distance and its slope that lies along the surface's normal.
+fn across(distance: f64, slope: Vector2<f64>, normal: Vector2<f64>) -> (f64, Vector2<f64>) {
+    let steepness = slope.norm();
+    if steepness < 1e-9 {
+        return (distance, slope);
+    }
+    let along_normal = slope.dot(&normal);
+    (distance * (along_normal / steepness).abs(), normal * along_normal)
+}
+
+fn finish(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &MatchOptions) -> Match {
     let per_echo = 1.0 / (options.echo_sigma.powi(2) * options.echoes_per_measurement);
     let normal = walls_only(map, echoes, pose, options, per_echo);
     let map_from_robot = isometry(pose);
