@@ -5,15 +5,20 @@ mod clock;
 mod entry;
 mod error;
 mod lines;
+mod merge;
+mod open;
 mod report;
 mod source;
+mod survey;
 mod write;
 
 pub use carmen::{CarmenOptions, CarmenReader};
 pub use clock::Clock;
 pub use entry::{Entry, EntryKind};
 pub use error::{Excerpt, LogError, LogErrorKind};
+pub use open::{Input, LogReader, ReadOptions, open_log};
 pub use report::LogReport;
+pub use survey::{Finding, SensorSurvey, Survey};
 pub use write::CarmenWriter;
 
 pub use local_grid;

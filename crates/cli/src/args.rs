@@ -1,0 +1,61 @@
+use clap::{Args, Parser, ValueEnum};
+
+use crate::commands::Command;
+
+/// The command line.
+#[derive(Debug, Parser)]
+#[command(name = "topogrid", version, about, long_about = None, arg_required_else_help = true, max_term_width = 100)]
+#[command(about = "From a robot's log to a topological map and a globally consistent gridmap")]
+#[command(
+    after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 input rejected, 4 a gate failed, 130 interrupted"
+)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) global: Global,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What every command understands.
+#[derive(Debug, Args)]
+pub(crate) struct Global {
+    /// Print one JSON document on standard output, and errors as JSON on standard error
+    #[arg(long, global = true, help_heading = "Everywhere")]
+    pub(crate) json: bool,
+    /// Say nothing but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "Everywhere")]
+    pub(crate) quiet: bool,
+    /// Say more; twice and thrice: much more
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, help_heading = "Everywhere")]
+    pub(crate) verbose: u8,
+    /// How to show progress on standard error; `auto`: a bar on a terminal, else nothing
+    #[arg(
+        long,
+        global = true,
+        value_name = "HOW",
+        default_value = "auto",
+        help_heading = "Everywhere",
+        hide_possible_values = false
+    )]
+    pub(crate) progress: ProgressStyle,
+    /// When to use color; `auto`: on a terminal, unless NO_COLOR is set or TERM is dumb
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto", help_heading = "Everywhere")]
+    pub(crate) color: ColorChoice,
+}
+
+/// How progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgressStyle {
+    Auto,
+    Plain,
+    Json,
+    None,
+}
+
+/// When color is used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ColorChoice {
+    Auto,
+    Always,
+    Never,
+}

@@ -1,0 +1,114 @@
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use robot_log::{CarmenWriter, Entry, EntryKind, LogError};
+
+use crate::context::Context;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::files;
+use crate::input::{LogArgs, ReadingArgs, warn_of_skipped};
+
+/// File to file, without a run: a log to CARMEN (.log, .clf) or to a trajectory (.tum)
+///
+/// Example: topogrid convert office.log.gz odometry.tum
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    /// The log to read; `-` reads standard input
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// The file to write: .log or .clf (CARMEN), .tum (trajectory); `-` writes CARMEN to standard output
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// Which path a trajectory holds
+    #[arg(long, value_name = "PATH", default_value = "odometry")]
+    path: PathChoice,
+    /// Replace the file where it exists
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+/// A path in a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum PathChoice {
+    /// Where the odometry believes the robot to be.
+    Odometry,
+    /// Where it was.
+    Truth,
+}
+
+/// What the name of the output asks for.
+enum Format {
+    Carmen,
+    Tum,
+}
+
+/// Converts the file.
+pub(crate) fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> {
+    let format = format_of(&args.output)?;
+    let mut log = LogArgs::open_one(&args.input, &args.reading)?;
+    // A log that breaks off ends the writing, too, so that no half of a file is left behind.
+    let entries = log.by_ref().map(|entry| entry.map_err(io::Error::other));
+    let content = |out: &mut dyn Write| match format {
+        Format::Carmen => write_carmen(out, entries),
+        Format::Tum => write_tum(out, entries, args.path),
+    };
+    if args.output.as_os_str() == "-" {
+        content(&mut io::stdout().lock()).map_err(|error| of_log(error).unwrap_or_else(Failure::stdout))?;
+    } else {
+        files::write(&args.output, args.force, content)
+            .map_err(|error| of_log(error).unwrap_or_else(|error| Failure::writing(&args.output, &error)))?;
+    }
+    warn_of_skipped(log.reports(), context);
+    Ok(())
+}
+
+/// The failure of the log that made the writing stop; other errors come back.
+fn of_log(error: io::Error) -> Result<Failure, io::Error> {
+    error.downcast::<LogError>().map(Failure::from)
+}
+
+fn format_of(path: &Path) -> Result<Format, Failure> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("log" | "clf" | "carmen") => Ok(Format::Carmen),
+        Some("tum") => Ok(Format::Tum),
+        _ if path.as_os_str() == "-" => Ok(Format::Carmen),
+        _ => {
+            let message = format!("the name {} does not say what to write", path.display());
+            Err(Failure::new(Exit::Usage, "convert.format", message)
+                .help("end it in .log or .clf (CARMEN) or .tum (trajectory)"))
+        }
+    }
+}
+
+fn write_carmen(out: &mut dyn Write, entries: impl Iterator<Item = io::Result<Entry>>) -> io::Result<()> {
+    let mut log = CarmenWriter::new(out);
+    for entry in entries {
+        log.write(&entry?)?;
+    }
+    Ok(())
+}
+
+/// `stamp x y z qx qy qz qw` per pose.
+fn write_tum(
+    out: &mut dyn Write,
+    entries: impl Iterator<Item = io::Result<Entry>>,
+    path: PathChoice,
+) -> io::Result<()> {
+    for entry in entries {
+        let entry = entry?;
+        let pose = match (&entry.kind, path) {
+            (EntryKind::Odometry { odom_from_robot }, PathChoice::Odometry) => *odom_from_robot,
+            (EntryKind::Scan { odom_from_robot: Some(pose), .. }, PathChoice::Odometry) => *pose,
+            (EntryKind::Truth { map_from_robot }, PathChoice::Truth) => *map_from_robot,
+            _ => continue,
+        };
+        let (sin, cos) = (pose.rotation.angle() / 2.0).sin_cos();
+        let at = pose.translation;
+        writeln!(out, "{:.6} {:.6} {:.6} 0 0 0 {sin:.9} {cos:.9}", entry.stamp, at.x, at.y)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,108 @@
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use robot_log::{CarmenOptions, Clock, Input, LogReader, LogReport, ReadOptions, open_log};
+
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::files;
+
+/// A log on the command line.
+#[derive(Debug, Args)]
+pub(crate) struct LogArgs {
+    /// The log: CARMEN or CSV, plain or gzip; several files are merged by stamp; `-` reads standard input
+    #[arg(value_name = "LOG", required = true)]
+    pub(crate) logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+}
+
+/// How to read a log.
+#[derive(Debug, Args)]
+pub(crate) struct ReadingArgs {
+    /// Leave faulty lines out; they are counted and reported
+    #[arg(long, help_heading = "Reading")]
+    pub(crate) lenient: bool,
+    /// Ranges of lasers from here on are no echo, where the log does not say [default: 30]
+    #[arg(long, value_name = "M", value_parser = positive, help_heading = "Reading")]
+    pub(crate) laser_max: Option<f64>,
+    /// Ranges of sonars from here on are no echo, where the log does not say [default: 5]
+    #[arg(long, value_name = "M", value_parser = positive, help_heading = "Reading")]
+    pub(crate) sonar_max: Option<f64>,
+    /// Which stamp of a CARMEN line counts; `none`: scans come at a steady --period
+    #[arg(long, value_name = "CLOCK", default_value = "message", help_heading = "Reading")]
+    pub(crate) clock: ClockChoice,
+    /// Seconds from scan to scan with --clock none
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 1.0, help_heading = "Reading")]
+    pub(crate) period: f64,
+}
+
+/// Which stamp of a CARMEN line counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ClockChoice {
+    Message,
+    Logger,
+    None,
+}
+
+impl LogArgs {
+    /// Opens the log.
+    pub(crate) fn open(&self) -> Result<LogReader, Failure> {
+        let inputs = self.logs.iter().map(|path| input(path)).collect::<Result<_, Failure>>()?;
+        Ok(open_log(inputs, &self.reading.options())?)
+    }
+
+    /// Opens a log of one file.
+    pub(crate) fn open_one(path: &Path, reading: &ReadingArgs) -> Result<LogReader, Failure> {
+        Ok(open_log(vec![input(path)?], &reading.options())?)
+    }
+}
+
+/// The file, or standard input for `-`.
+fn input(path: &Path) -> Result<Input, Failure> {
+    if path.as_os_str() == "-" {
+        return Ok(Input::new("standard input", BufReader::new(io::stdin())));
+    }
+    Ok(Input::new(path.display().to_string(), files::open(path)?))
+}
+
+impl ReadingArgs {
+    fn options(&self) -> ReadOptions {
+        let standard = CarmenOptions::default();
+        let clock = match self.clock {
+            ClockChoice::Message => Clock::Message,
+            ClockChoice::Logger => Clock::Logger,
+            ClockChoice::None => Clock::Counted { period: self.period },
+        };
+        let carmen = CarmenOptions {
+            lenient: self.lenient,
+            clock,
+            laser_max_range: self.laser_max.unwrap_or(standard.laser_max_range),
+            sonar_max_range: self.sonar_max.unwrap_or(standard.sonar_max_range),
+            ..standard
+        };
+        ReadOptions { carmen }
+    }
+}
+
+/// Warns of what a lenient reader left out: the first faults in full, the rest by kind.
+pub(crate) fn warn_of_skipped<'a>(reports: impl Iterator<Item = &'a LogReport>, context: &Context) {
+    for report in reports {
+        for error in &report.errors {
+            context.warn(&format!("left out: {error}"));
+        }
+        let more = report.skipped_lines() - report.errors.len() as u64;
+        if more > 0 {
+            context.warn(&format!("left out {more} more lines of {} kinds", report.skipped.len()));
+        }
+    }
+}
+
+/// A number of metres or seconds that makes sense as one.
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a finite number above 0".to_owned()),
+    }
+}

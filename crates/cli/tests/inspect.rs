@@ -1,0 +1,58 @@
+use predicates::prelude::*;
+use predicates::str::contains;
+
+use crate::{LOG, folder, topogrid};
+
+#[test]
+fn a_log_is_described_in_words_and_in_json() {
+    let (_folder, log) = folder();
+    topogrid().arg("inspect").arg(&log).assert().code(0).stdout(
+        contains("3 entries in 5 lines, 1.5 s")
+            .and(contains("path 5.0 m, box 3.0 × 4.0 m"))
+            .and(contains("`flaser`: 2 scans of 3 beams"))
+            .and(contains("healthy")),
+    );
+    let told = topogrid().arg("inspect").arg(&log).arg("--json").assert().code(0);
+    let document: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+    assert_eq!(document["log"]["scans"], 2);
+    assert_eq!(document["log"]["path_length_m"], 5.0);
+    assert_eq!(document["log"]["sensors"][0]["no_echoes"], 1);
+    assert_eq!(document["passed_over"]["PARAM"], 1);
+}
+
+#[test]
+fn standard_input_and_several_files_are_read() {
+    let (folder, log) = folder();
+    topogrid().args(["inspect", "-"]).write_stdin(LOG).assert().code(0).stdout(contains("3 entries"));
+    let second = folder.path().join("second.log");
+    std::fs::write(&second, "ODOM 9 9 0 0 0 0 1.2 h 1\n").unwrap();
+    topogrid().arg("inspect").arg(&log).arg(&second).assert().code(0).stdout(contains("4 entries"));
+}
+
+#[test]
+fn an_unhealthy_log_is_told_and_rejected_when_strict() {
+    let (_folder, log) = folder();
+    std::fs::write(&log, "ODOM 0 0 0 0 0 0 1 h 1\nODOM 90 0 0 0 0 0 1.1 h 1\n").unwrap();
+    topogrid()
+        .arg("inspect")
+        .arg(&log)
+        .assert()
+        .code(0)
+        .stdout(contains("leaps by 90.00 m").and(contains("not healthy")));
+    topogrid().arg("inspect").arg(&log).arg("--strict").assert().code(3);
+}
+
+#[test]
+fn a_graph_is_described() {
+    let (folder, _log) = folder();
+    let graph = folder.path().join("small.g2o");
+    std::fs::write(&graph, "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n").unwrap();
+    topogrid()
+        .arg("inspect")
+        .arg(&graph)
+        .assert()
+        .code(0)
+        .stdout(contains("2 vertices and 1 edges").and(contains("healthy")));
+    std::fs::write(&graph, "VERTEX_SE2 0 0 x 0\n").unwrap();
+    topogrid().arg("inspect").arg(&graph).assert().code(3).stderr(contains("line 1"));
+}
