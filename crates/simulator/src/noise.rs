@@ -34,6 +34,11 @@ impl Noise {
     pub(crate) fn happens(&mut self, probability: f64) -> bool {
         self.rng.random::<f64>() < probability
     }
+
+    /// A whole number from `0..count`, 0 for an empty range.
+    pub(crate) fn below(&mut self, count: usize) -> usize {
+        if count == 0 { 0 } else { self.rng.random_range(0..count) }
+    }
 }
 
 #[cfg(test)]
