@@ -2,7 +2,8 @@ use local_grid::{FrameError, Grid, GridFrame};
 use nalgebra::Point2;
 
 use crate::Tally;
-use crate::tiles::{TILE, Tiles, first_cell};
+use crate::plane::{Plane, TILE, TILE_CELLS, first_cell};
+use crate::sums::{Sums, TileCells};
 
 /// The frame of the cells from `low` to `high`, both `(row, column)` in the unbounded plane.
 #[expect(clippy::cast_precision_loss, reason = "cell numbers stay below 2^32")]
@@ -13,20 +14,22 @@ pub(crate) fn frame_of(low: (i64, i64), high: (i64, i64), resolution: f64) -> Re
 
 /// The cells of `frame`, whose first cell is `low`, each as `read` sees its sums.
 pub(crate) fn dense<T: Copy + Default>(
-    tiles: &Tiles,
-    frame: GridFrame,
-    low: (i64, i64),
+    sums: &Sums,
+    echoes: Option<&Plane>,
+    (frame, low): (GridFrame, (i64, i64)),
     mut read: impl FnMut(Tally) -> T,
 ) -> Grid<T> {
     let mut grid = Grid::new(frame);
     grid.cells_mut().fill(read(Tally::default()));
-    for tile in tiles.sorted() {
-        let corner = (first_cell(tile.key().0) - low.0, first_cell(tile.key().1) - low.1);
-        for (row, column) in (0..TILE).flat_map(|row| (0..TILE).map(move |column| (row, column))) {
-            let tally = tile.tally(row, column);
+    let mut cells = TileCells::default();
+    for key in sums.keys(echoes) {
+        cells.load(sums, echoes, key);
+        let corner = (first_cell(key.0) - low.0, first_cell(key.1) - low.1);
+        for at in 0..TILE_CELLS {
+            let tally = cells.tally(at);
             if !tally.is_unknown() {
-                let at = index(corner.0 + cell(row)) * frame.columns() + index(corner.1 + cell(column));
-                grid.cells_mut()[at] = read(tally);
+                let (row, column) = (index(corner.0 + cell(at / TILE)), index(corner.1 + cell(at % TILE)));
+                grid.cells_mut()[row * frame.columns() + column] = read(tally);
             }
         }
     }

@@ -1,8 +1,12 @@
-use local_grid::{Footprint, GridFrame, RangeSensor, Reading, Scan, SensorKind, SensorModel};
+use local_grid::{Evidence, Footprint, GridFrame, RangeSensor, Reading, Scan, SensorKind, SensorModel};
 use nalgebra::{Isometry2, Point2};
+use std::sync::Arc;
 
 use crate::calculus::Step;
-use crate::tiles::{TILE, TILE_CELLS, Tiles, tile_of, within_tile};
+use crate::fan::{Fan, FanPen, FanSteps};
+use crate::plane::{TILE, Window};
+use crate::sonar::{model_of, sweep};
+use crate::sums::Sums;
 use crate::{GridOptions, SonarModel};
 
 /// Whether a scan's evidence is put into the map or taken out.
@@ -12,41 +16,137 @@ pub(crate) enum Direction {
     Out,
 }
 
-/// Draws a scan into the tiles, or out of them: the second undoes the first exactly.
-pub(crate) fn draw(
-    tiles: &mut Tiles,
-    options: &GridOptions,
-    map_from_robot: &Isometry2<f64>,
-    scan: &Scan,
-    direction: Direction,
-) {
-    match (scan.sensor().kind(), &options.sonar) {
-        (SensorKind::Sonar, SonarModel::Cone(model)) => each(tiles, options, model, map_from_robot, scan, direction),
-        (SensorKind::Sonar, SonarModel::Regions(model)) => each(tiles, options, model, map_from_robot, scan, direction),
-        (SensorKind::Laser | SensorKind::Infrared, _) => {
-            each(tiles, options, &options.laser, map_from_robot, scan, direction);
+impl Direction {
+    fn of(self, units: u16) -> u32 {
+        match self {
+            Self::In => u32::from(units),
+            Self::Out => u32::from(units).wrapping_neg(),
         }
     }
 }
 
-fn each(
-    tiles: &mut Tiles,
-    options: &GridOptions,
-    model: &impl SensorModel,
-    map_from_robot: &Isometry2<f64>,
-    scan: &Scan,
-    direction: Direction,
-) {
-    for beam in scan.beams() {
-        let Some(sounding) = model.sounding(scan.sensor(), beam.reading) else { continue };
-        let map_from_sensor = map_from_robot * beam.robot_from_sensor;
-        let (frame, corner) = frame_around(model.footprint(sounding), &map_from_sensor, options.resolution);
-        model.draw(&frame, &map_from_sensor, sounding, |index, evidence| {
-            let (row, column) = (index / frame.columns(), index % frame.columns());
-            let cell = (corner.0 + cell_number(row), corner.1 + cell_number(column));
-            deposit(tiles, cell, options.calculus.step(evidence), direction);
-        });
+/// Draws scans into sums, or out of them: the second undoes the first exactly.
+#[derive(Debug, Clone)]
+pub(crate) struct Pen {
+    /// What a reading of a [`SharedEcho`](crate::SharedEcho) sonar, or of a laser, adds where it says most.
+    sonar: Step,
+    laser: Step,
+    window: Window,
+    points: Window,
+    fan_pen: FanPen,
+    known: Option<Arc<RangeSensor>>,
+    fan: Option<Fan>,
+}
+
+impl Pen {
+    /// A pen for maps of given options.
+    pub(crate) fn new(options: &GridOptions) -> Self {
+        let sonar = model_of(options).map_or(Step::default(), |model| most(options, model.empty, 0.0));
+        let (empty, occupied) = (options.laser.empty, options.laser.occupied);
+        let laser = Step { empty: most(options, empty, 0.0).empty, occupied: most(options, 0.0, occupied).occupied };
+        let window = Window::default();
+        Self { sonar, laser, window, points: Window::default(), fan_pen: FanPen::default(), known: None, fan: None }
     }
+
+    /// Draws one scan.
+    pub(crate) fn draw(
+        &mut self,
+        sums: &mut Sums,
+        options: &GridOptions,
+        (map_from_robot, scan): (&Isometry2<f64>, &Scan),
+        direction: Direction,
+    ) {
+        let posed = (map_from_robot, scan);
+        match (scan.sensor().kind(), &options.sonar) {
+            (SensorKind::Sonar, SonarModel::Shared(model)) => {
+                let units = direction.of(self.sonar.empty);
+                sweep(&mut sums.empty, &mut self.window, (model, options.resolution), posed, units);
+            }
+            (SensorKind::Sonar, SonarModel::Cone(model)) => self.each(sums, options, model, posed, direction),
+            (SensorKind::Sonar, SonarModel::Regions(model)) => self.each(sums, options, model, posed, direction),
+            (SensorKind::Laser | SensorKind::Infrared, _) => self.rays(sums, options, posed, direction),
+        }
+    }
+
+    /// The most that a scan can add to one cell, empty and occupied, in units.
+    pub(crate) fn most_of(&mut self, options: &GridOptions, scan: &Scan) -> (u32, u32) {
+        let n_beams = u32::try_from(scan.readings().len()).unwrap_or(u32::MAX);
+        let (step, times) = match (scan.sensor().kind(), &options.sonar) {
+            (SensorKind::Sonar, SonarModel::Shared(_)) => (self.sonar, n_beams),
+            (SensorKind::Sonar, SonarModel::Cone(_) | SonarModel::Regions(_)) => {
+                (Step { empty: most(options, 1.0, 0.0).empty, occupied: most(options, 0.0, 1.0).occupied }, n_beams)
+            }
+            // The beams of a fan may hit a cell, miss it, and hit it again; more often only by freak.
+            _ if self.fan_of(scan.sensor()).is_some() => (self.laser, 4.min(n_beams)),
+            _ => (self.laser, n_beams),
+        };
+        (times.saturating_mul(step.empty.into()), times.saturating_mul(step.occupied.into()))
+    }
+
+    /// The fan of a sensor, if its beams stand side by side; worked out once for many scans of one sensor.
+    fn fan_of(&mut self, sensor: &Arc<RangeSensor>) -> Option<&Fan> {
+        if !self.known.as_ref().is_some_and(|known| Arc::ptr_eq(known, sensor)) {
+            let same = self.known.as_ref().is_some_and(|known| known == sensor);
+            if !same {
+                self.fan = Fan::new(sensor);
+            }
+            self.known = Some(sensor.clone());
+        }
+        self.fan.as_ref()
+    }
+
+    /// Draws a laser scan: as one area if its beams stand side by side, otherwise ray by ray.
+    fn rays(&mut self, sums: &mut Sums, options: &GridOptions, posed: (&Isometry2<f64>, &Scan), direction: Direction) {
+        self.fan_of(posed.1.sensor());
+        let Some(fan) = &self.fan else {
+            return self.each(sums, options, &options.laser, posed, direction);
+        };
+        let steps = FanSteps { empty: direction.of(self.laser.empty), occupied: direction.of(self.laser.occupied) };
+        let planes = (&mut sums.empty, &mut sums.occupied);
+        self.fan_pen.draw(planes, &mut self.window, fan, (&options.laser, options.resolution), posed, steps);
+    }
+
+    /// Draws beam by beam and cell by cell, as the model says: exact, and slow.
+    fn each(
+        &mut self,
+        sums: &mut Sums,
+        options: &GridOptions,
+        model: &impl SensorModel,
+        (map_from_robot, scan): (&Isometry2<f64>, &Scan),
+        direction: Direction,
+    ) {
+        for beam in scan.beams() {
+            let Some(sounding) = model.sounding(scan.sensor(), beam.reading) else { continue };
+            let map_from_sensor = map_from_robot * beam.robot_from_sensor;
+            let (frame, corner) = frame_around(model.footprint(sounding), &map_from_sensor, options.resolution);
+            let end = (corner.0 + cell_number(frame.rows()), corner.1 + cell_number(frame.columns()));
+            self.window.open(corner, end);
+            self.points.open(corner, end);
+            model.draw(&frame, &map_from_sensor, sounding, |index, evidence| {
+                let (row, column) = (index / frame.columns(), index % frame.columns());
+                let cell = (corner.0 + cell_number(row), corner.1 + cell_number(column));
+                self.deposit(sums, cell, options.calculus.step(evidence), direction);
+            });
+        }
+    }
+
+    fn deposit(&mut self, sums: &mut Sums, (row, column): (i32, i32), step: Step, direction: Direction) {
+        if step.empty > 0 {
+            self.window.add_span(&mut sums.empty, row, (column, column + 1), direction.of(step.empty));
+        }
+        if step.occupied > 0 {
+            let (slot, place) = self.points.cell(&mut sums.occupied, row, column);
+            let sum = &mut sums.occupied.tile_mut(slot)[place];
+            *sum = sum.wrapping_add(direction.of(step.occupied));
+        }
+    }
+}
+
+/// What one reading adds to a cell of which it says so much.
+fn most(options: &GridOptions, empty: f64, occupied: f64) -> Step {
+    #[expect(clippy::cast_possible_truncation, reason = "degrees in [0, 1]")]
+    let evidence = Evidence { empty: empty as f32, occupied: occupied as f32 };
+    options.calculus.step(evidence)
 }
 
 /// The cells around a footprint, and the `(row, column)` of the first of them in the whole plane.
@@ -63,37 +163,31 @@ fn frame_around(footprint: Footprint, map_from_sensor: &Isometry2<f64>, resoluti
     (frame, corner)
 }
 
-fn deposit(tiles: &mut Tiles, (row, column): (i32, i32), step: Step, direction: Direction) {
-    let slot = tiles.slot((tile_of(row), tile_of(column)));
-    let at = within_tile(row) * TILE + within_tile(column);
-    debug_assert!(at < TILE_CELLS);
-    let (empty, occupied) = tiles.tile_mut(slot).planes_mut();
-    for (sum, step) in [(&mut empty[at], step.empty), (&mut occupied[at], step.occupied)] {
-        *sum = match direction {
-            Direction::In => sum.wrapping_add(u32::from(step)),
-            Direction::Out => sum.wrapping_sub(u32::from(step)),
-        };
-    }
-}
-
 #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a footprint is a few thousand cells")]
 fn cell_number(index: usize) -> i32 {
+    debug_assert!(index < TILE * TILE * TILE);
     index as i32
 }
 
 /// The longest that a beam of a scan can be drawn, in metres.
-pub(crate) fn longest_reach(options: &GridOptions, sensor: &RangeSensor, readings: &[Reading]) -> f64 {
+pub(crate) fn longest_reach(options: &GridOptions, sensor: &Arc<RangeSensor>, readings: &[Reading]) -> f64 {
     let reach = |reading: &Reading| -> f64 {
         let footprint = match (sensor.kind(), &options.sonar) {
-            (SensorKind::Sonar, SonarModel::Cone(model)) => {
-                model.sounding(sensor, *reading).map(|s| model.footprint(s))
-            }
-            (SensorKind::Sonar, SonarModel::Regions(model)) => {
-                model.sounding(sensor, *reading).map(|s| model.footprint(s))
-            }
-            _ => options.laser.sounding(sensor, *reading).map(|s| options.laser.footprint(s)),
+            (SensorKind::Sonar, SonarModel::Shared(model)) => footprint(model, sensor, *reading),
+            (SensorKind::Sonar, SonarModel::Cone(model)) => footprint(model, sensor, *reading),
+            (SensorKind::Sonar, SonarModel::Regions(model)) => footprint(model, sensor, *reading),
+            _ => footprint(&options.laser, sensor, *reading),
         };
         footprint.map_or(0.0, |(Footprint::Ray { reach } | Footprint::Cone { reach, .. })| reach)
     };
     readings.iter().map(reach).fold(0.0, f64::max)
+}
+
+fn footprint(model: &impl SensorModel, sensor: &RangeSensor, reading: Reading) -> Option<Footprint> {
+    model.sounding(sensor, reading).map(|sounding| model.footprint(sounding))
+}
+
+/// Whether a scan's echoes are shared out.
+pub(crate) fn shares_echoes(options: &GridOptions, scan: &Scan) -> bool {
+    scan.sensor().kind() == SensorKind::Sonar && model_of(options).is_some()
 }

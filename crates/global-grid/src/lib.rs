@@ -1,18 +1,27 @@
 //! One gridmap in the map frame from poses and scans: fuzzy, Bayesian and Dempster-Shafer.
 
+mod assemble;
 mod calculus;
+mod cone;
 mod dense;
 mod draw;
+mod echo_model;
+mod fan;
 mod map;
 pub mod map_server;
 mod occupancy;
 mod options;
 mod picture;
+mod plane;
+mod share;
+mod sonar;
+mod sums;
 mod tally;
-mod tiles;
 
+pub use assemble::assemble;
 pub use calculus::Calculus;
-pub use map::{GridMap, assemble};
+pub use echo_model::SharedEcho;
+pub use map::GridMap;
 pub use occupancy::{CellCounts, CrispOptions, Occupancy, count_cells, occupancy};
 pub use options::{GridError, GridOptions, SonarModel};
 pub use picture::{PictureError, write_picture};

@@ -1,11 +1,16 @@
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use local_grid::{FuzzyGrid, Grid, GridFrame, Scan};
 use nalgebra::Isometry2;
 
+use crate::assemble::draw_all;
 use crate::dense::{dense, frame_of};
-use crate::draw::{Direction, draw, longest_reach};
-use crate::tiles::Tiles;
+use crate::draw::{Direction, Pen, longest_reach, shares_echoes};
+use crate::plane::{Plane, TILE_CELLS};
+use crate::share::share_echoes;
+use crate::sonar::model_of;
+use crate::sums::Sums;
 use crate::{GridError, GridOptions, Tally};
 
 /// The most cells that a beam may be long: 16 tiles across a footprint's half.
@@ -24,12 +29,18 @@ struct Posed {
 ///
 /// Scans are held under keys (one per place, say). The map is the sum of what they say, kept in integers: whatever was
 /// inserted, moved and removed before, it equals the map built at once from what it holds now, bit for bit.
-/// Only squares of 64 × 64 cells that were touched exist, at 8 bytes per cell.
+/// Only squares of 64 × 64 cells that were touched exist: 4 bytes per cell for empty evidence, and 4 more where
+/// anything is occupied.
 #[derive(Debug, Clone)]
 pub struct GridMap {
     options: GridOptions,
-    tiles: Tiles,
+    sums: Sums,
+    pen: Pen,
     contributions: BTreeMap<u64, Vec<Posed>>,
+    /// The most that any cell's sums can have grown to: empty, occupied.
+    largest: (u32, u32),
+    /// Sonar echoes shared out, once they were asked for.
+    echoes: OnceLock<Option<Plane>>,
 }
 
 impl GridMap {
@@ -40,7 +51,14 @@ impl GridMap {
     /// Options that make no sense.
     pub fn new(options: GridOptions) -> Result<Self, GridError> {
         options.validate()?;
-        Ok(Self { options, tiles: Tiles::default(), contributions: BTreeMap::new() })
+        Ok(Self {
+            pen: Pen::new(&options),
+            options,
+            sums: Sums::default(),
+            contributions: BTreeMap::new(),
+            largest: (0, 0),
+            echoes: OnceLock::new(),
+        })
     }
 
     /// How the map is built.
@@ -57,9 +75,39 @@ impl GridMap {
     pub fn insert(&mut self, key: u64, map_from_robot: &Isometry2<f64>, scan: &Scan) -> Result<(), GridError> {
         self.check_pose(key, map_from_robot)?;
         self.check_range(key, scan)?;
-        draw(&mut self.tiles, &self.options, map_from_robot, scan, Direction::In);
+        self.make_room(key, scan)?;
+        self.pen.draw(&mut self.sums, &self.options, (map_from_robot, scan), Direction::In);
+        self.echoes.take();
         let posed = Posed { map_from_robot: *map_from_robot, scan: scan.clone() };
         self.contributions.entry(key).or_default().push(posed);
+        Ok(())
+    }
+
+    /// Adds many scans at once, all of them or none: with the feature `parallel`, on all cores, with the same result.
+    ///
+    /// # Errors
+    ///
+    /// As [`GridMap::insert`].
+    pub fn insert_all<'a>(
+        &mut self,
+        scans: impl IntoIterator<Item = (u64, &'a Isometry2<f64>, &'a Scan)>,
+    ) -> Result<(), GridError> {
+        let scans: Vec<_> = scans.into_iter().collect();
+        let largest = self.largest;
+        for &(key, map_from_robot, scan) in &scans {
+            let checked = self.check_pose(key, map_from_robot).and_then(|()| self.check_range(key, scan));
+            if let Err(error) = checked.and_then(|()| self.make_room(key, scan)) {
+                self.largest = largest;
+                return Err(error);
+            }
+        }
+        let posed: Vec<_> = scans.iter().map(|&(_, map_from_robot, scan)| (map_from_robot, scan)).collect();
+        draw_all(&mut self.sums, &mut self.pen, &self.options, &posed);
+        self.echoes.take();
+        for (key, map_from_robot, scan) in scans {
+            let posed = Posed { map_from_robot: *map_from_robot, scan: scan.clone() };
+            self.contributions.entry(key).or_default().push(posed);
+        }
         Ok(())
     }
 
@@ -77,10 +125,13 @@ impl GridMap {
         }
         let mut moved = 0;
         for (posed, pose) in scans.iter_mut().zip(poses).filter(|(posed, pose)| posed.map_from_robot != **pose) {
-            draw(&mut self.tiles, &self.options, &posed.map_from_robot, &posed.scan, Direction::Out);
-            draw(&mut self.tiles, &self.options, pose, &posed.scan, Direction::In);
+            self.pen.draw(&mut self.sums, &self.options, (&posed.map_from_robot, &posed.scan), Direction::Out);
+            self.pen.draw(&mut self.sums, &self.options, (pose, &posed.scan), Direction::In);
             posed.map_from_robot = *pose;
             moved += 1;
+        }
+        if moved > 0 {
+            self.echoes.take();
         }
         Ok(moved)
     }
@@ -89,9 +140,10 @@ impl GridMap {
     pub fn remove(&mut self, key: u64) -> usize {
         let Some(scans) = self.contributions.remove(&key) else { return 0 };
         for posed in &scans {
-            draw(&mut self.tiles, &self.options, &posed.map_from_robot, &posed.scan, Direction::Out);
+            self.pen.draw(&mut self.sums, &self.options, (&posed.map_from_robot, &posed.scan), Direction::Out);
         }
-        self.tiles.release_blank();
+        self.echoes.take();
+        self.sums.release_blank();
         scans.len()
     }
 
@@ -106,7 +158,7 @@ impl GridMap {
     ///
     /// More cells than one dense grid can hold.
     pub fn frame(&self) -> Result<Option<GridFrame>, GridError> {
-        let Some((low, high)) = self.tiles.known_box() else { return Ok(None) };
+        let Some((low, high)) = self.sums.known_box(self.echoes()) else { return Ok(None) };
         Ok(Some(frame_of(low, high, self.options.resolution)?))
     }
 
@@ -116,9 +168,9 @@ impl GridMap {
     ///
     /// Nothing known, or more cells than one dense grid can hold.
     pub fn read<T: Copy + Default>(&self, read: impl FnMut(Tally) -> T) -> Result<Grid<T>, GridError> {
-        let (low, high) = self.tiles.known_box().ok_or(GridError::NothingKnown)?;
+        let (low, high) = self.sums.known_box(self.echoes()).ok_or(GridError::NothingKnown)?;
         let frame = frame_of(low, high, self.options.resolution)?;
-        Ok(dense(&self.tiles, frame, low, read))
+        Ok(dense(&self.sums, self.echoes(), (frame, low), read))
     }
 
     /// The map as a dense grid of degrees of emptiness and occupancy, cut to what is known.
@@ -131,10 +183,37 @@ impl GridMap {
         self.read(|tally| calculus.degrees(tally))
     }
 
-    /// The number of tiles, each of 64 × 64 cells and 32 KiB.
+    /// Bytes that the cells take, without the scans that are kept to be moved.
     #[must_use]
-    pub fn n_tiles(&self) -> usize {
-        self.tiles.len()
+    pub fn cell_bytes(&self) -> usize {
+        let tiles = self.sums.empty.len() + self.sums.occupied.len() + self.echoes().map_or(0, Plane::len);
+        tiles * TILE_CELLS * size_of::<u32>()
+    }
+
+    /// Shares the sonar echoes out now, if the model asks for it, rather than when the map is read first.
+    pub fn settle(&self) {
+        self.echoes();
+    }
+
+    /// Sonar echoes shared out by what all readings say, if the sonar model asks for it.
+    fn echoes(&self) -> Option<&Plane> {
+        let share = || {
+            let model = model_of(&self.options)?;
+            let posed = self.contributions.values().flatten();
+            let sonar = posed.filter(|posed| shares_echoes(&self.options, &posed.scan));
+            let scans: Vec<_> = sonar.map(|posed| (&posed.map_from_robot, &posed.scan)).collect();
+            (!scans.is_empty()).then(|| share_echoes(&self.sums, (model, self.options.resolution), &scans))
+        };
+        self.echoes.get_or_init(share).as_ref()
+    }
+
+    /// Refuses a scan that could make a cell's sums overflow.
+    fn make_room(&mut self, key: u64, scan: &Scan) -> Result<(), GridError> {
+        let most = self.pen.most_of(&self.options, scan);
+        let fits = |largest: (u32, u32)| Some((largest.0.checked_add(most.0)?, largest.1.checked_add(most.1)?));
+        let grown = fits(self.largest).or_else(|| fits(self.sums.largest()));
+        self.largest = grown.ok_or(GridError::Full(key))?;
+        Ok(())
     }
 
     fn check_pose(&self, key: u64, pose: &Isometry2<f64>) -> Result<(), GridError> {
@@ -156,26 +235,10 @@ impl GridMap {
     }
 }
 
-/// All scans at their poses in one map.
-///
-/// # Errors
-///
-/// As [`GridMap::new`] and [`GridMap::insert`].
-pub fn assemble<'a>(
-    posed_scans: impl IntoIterator<Item = (&'a Isometry2<f64>, &'a Scan)>,
-    options: &GridOptions,
-) -> Result<GridMap, GridError> {
-    let mut map = GridMap::new(options.clone())?;
-    for (map_from_robot, scan) in posed_scans {
-        map.insert(0, map_from_robot, scan)?;
-    }
-    Ok(map)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Calculus, SonarModel};
+    use crate::{Calculus, SonarModel, assemble};
     use local_grid::{Cell, RangeSensor, SensorKind, SonarCone};
     use nalgebra::Vector2;
     use std::sync::Arc;
@@ -221,13 +284,13 @@ mod tests {
 
     #[test]
     fn the_map_agrees_with_fusing_cell_by_cell() {
-        let options = GridOptions::default();
+        let model = SonarCone::default();
+        let options = GridOptions { sonar: SonarModel::Cone(model.clone()), ..GridOptions::default() };
         let map = assemble([(&pose(1), &scan(1)), (&pose(2), &scan(2))], &options).unwrap();
         let grid = map.to_grid().unwrap();
         let mut exact = FuzzyGrid::new(*grid.frame());
-        let SonarModel::Cone(model) = &options.sonar else { panic!("the default is a cone") };
-        exact.integrate(model, &pose(1), &scan(1));
-        exact.integrate(model, &pose(2), &scan(2));
+        exact.integrate(&model, &pose(1), &scan(1));
+        exact.integrate(&model, &pose(2), &scan(2));
         for (fast, slow) in grid.cells().iter().zip(exact.cells()) {
             approx::assert_abs_diff_eq!(fast.known().empty, slow.known().empty, epsilon = 3e-3);
             approx::assert_abs_diff_eq!(fast.known().occupied, slow.known().occupied, epsilon = 3e-3);

@@ -1,6 +1,8 @@
+use std::ops::RangeInclusive;
+
 use local_grid::{FrameError, LaserRay, ModelError, SonarCone, SonarRegions};
 
-use crate::Calculus;
+use crate::{Calculus, SharedEcho};
 
 /// How a global gridmap is built. `Default` is a fuzzy map of 0.1 m cells with the sensor models' own defaults.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,9 +30,14 @@ impl Default for GridOptions {
 }
 
 /// Which model draws sonar readings.
+///
+/// The default is [`SharedEcho`], which looks at all readings at once and finds walls best; the other two judge every
+/// reading by itself, as the literature does.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum SonarModel {
+    /// A flat cone whose echo is shared out by what all readings say.
+    Shared(SharedEcho),
     /// Oriolo's cone.
     Cone(SonarCone),
     /// Murphy's regions.
@@ -39,7 +46,7 @@ pub enum SonarModel {
 
 impl Default for SonarModel {
     fn default() -> Self {
-        Self::Cone(SonarCone::default())
+        Self::Shared(SharedEcho::default())
     }
 }
 
@@ -53,6 +60,21 @@ pub enum GridError {
     /// A sensor model's options make no sense.
     #[error("a sensor model's options are wrong")]
     Model(#[from] ModelError),
+    /// An option of this crate makes no sense.
+    #[error("{model}: `{option}` must be {expected}, got {value}")]
+    Option {
+        /// What the option belongs to.
+        model: &'static str,
+        /// The option.
+        option: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// A cell's sums can hold half a million full scans.
+    #[error("contribution {0}: a cell's evidence would exceed {max} nats", max = f64::from(u32::MAX) / crate::UNITS_PER_NAT)]
+    Full(u64),
     /// A pose must be finite and within reach of the cells' numbers.
     #[error("contribution {key}: pose must be finite and within {limit} m of the origin, got ({x}, {y}, {heading})")]
     Pose {
@@ -116,10 +138,22 @@ impl GridOptions {
             return Err(GridError::Resolution(self.resolution));
         }
         match &self.sonar {
+            SonarModel::Shared(model) => model.validate()?,
             SonarModel::Cone(model) => model.validate()?,
             SonarModel::Regions(model) => model.validate()?,
         }
         self.laser.validate()?;
         Ok(())
     }
+}
+
+/// Refuses an option outside `allowed`.
+pub(crate) fn check(
+    model: &'static str,
+    option: &'static str,
+    value: f64,
+    allowed: RangeInclusive<f64>,
+    expected: &'static str,
+) -> Result<(), GridError> {
+    if allowed.contains(&value) { Ok(()) } else { Err(GridError::Option { model, option, expected, value }) }
 }
