@@ -67,6 +67,7 @@ impl Robot<'_> {
         if !(options.stop_every > 0.0 && options.stop_every.is_finite()) {
             return Err(TourError::StopEvery(options.stop_every));
         }
+        let _span = tracing::debug_span!("tour", waypoints = points.len()).entered();
         let mut stops = 0;
         let mut until_stop = 0.0;
         for (waypoint, &point) in (1..).zip(points) {

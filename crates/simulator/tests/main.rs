@@ -11,3 +11,4 @@ mod maps;
 mod recipe;
 mod repeatable;
 mod validity;
+mod worlds;
