@@ -1,87 +1,152 @@
 //! Cuts free space at its gates and takes back the cuts that separate nothing worth a name.
 
+use std::collections::BinaryHeap;
+
 use crate::{
-    components::{DisjointSets, components},
-    gates::{Gate, median_chord},
+    components::components,
+    gates::{Beside, Gate, Scale, beside, line},
     plane::Plane,
 };
 
 /// Cuts, labels and merges. Returns labels (0 = none) and the gates that stay.
-pub(crate) fn carve(free: &Plane<bool>, gates: &[Gate], meter: f64, least: f64) -> (Plane<u32>, Vec<Gate>) {
-    let mut barrier = free.clone();
-    let lines: Vec<Vec<usize>> = gates.iter().map(|g| line(free, g)).collect();
-    for line in &lines {
-        for &cell in line {
-            barrier.cells[cell] = false;
+pub(crate) fn carve(
+    free: &Plane<bool>,
+    gates: &[Gate],
+    scale: Scale,
+    least: f64,
+) -> (Plane<u32>, Vec<(Gate, [u32; 2])>) {
+    let mut open = free.clone();
+    for gate in gates {
+        line(free, gate).for_each(|cell| open.cells[cell] = false);
+    }
+    let parts = components(&open, 0);
+    let labels = parts.labels(free.rows, free.columns);
+    let sides: Vec<[u32; 2]> = gates.iter().map(|g| [-1.0, 1.0].map(|side| label_beside(&labels, g, side))).collect();
+    let mut pieces = Pieces::new(labels, &parts.sizes(), gates.len(), least, scale);
+    for (gate, floors) in gates.iter().zip(&mut pieces.floors) {
+        if let Some(side) = gate.mouth_of {
+            floors[usize::from(side > 0.0)] = f64::INFINITY;
         }
     }
-    let parts = components(&barrier, 0);
-    let mut labels = parts.labels(free.rows, free.columns);
-    let mut sizes = vec![0_usize];
-    sizes.extend(parts.sizes());
-    let mut sets = DisjointSets::new(parts.count + 1);
-    let mut active: Vec<bool> = vec![true; gates.len()];
-    let sides: Vec<[u32; 2]> =
-        gates.iter().map(|g| [label_beside(&labels, g, -1.0), label_beside(&labels, g, 1.0)]).collect();
-    loop {
-        let mut worst: Option<(f64, usize)> = None;
-        for (k, gate) in gates.iter().enumerate() {
-            if !active[k] {
-                continue;
-            }
-            let [a, b] = sides[k].map(|l| sets.find(l));
-            if a == b || a == 0 || b == 0 {
-                active[k] = false;
-                for &cell in &lines[k] {
-                    if labels.cells[cell] == 0 {
-                        labels.cells[cell] = a.max(b);
+    let mut queue: BinaryHeap<Weak> =
+        (0..gates.len()).filter_map(|k| pieces.weakness(&gates[k], sides[k], k)).collect();
+    while let Some(weakest) = queue.pop() {
+        // Pieces only grow, so a gate only gains: what was measured before a merger is an upper bound.
+        let Some(now) = pieces.weakness(&gates[weakest.gate], sides[weakest.gate], weakest.gate) else { continue };
+        if now.excess < weakest.excess && queue.peek().is_some_and(|next| now < *next) {
+            queue.push(now);
+        } else if now.excess > 0.0 {
+            pieces.join(gates, &sides, now.gate);
+        } else {
+            break;
+        }
+    }
+    let kept: Vec<usize> =
+        (0..gates.len()).filter(|&k| gates[k].width >= scale.narrowest && pieces.parted(sides[k])).collect();
+    for (gate, sides) in gates.iter().zip(&sides) {
+        let label = sides[0].max(sides[1]);
+        line(free, gate).for_each(|cell| pieces.labels.cells[cell] = label);
+    }
+    let Pieces { mut labels, roots, .. } = pieces;
+    let kept = kept.into_iter().map(|k| (gates[k], sides[k].map(|label| roots[label as usize]))).collect();
+    labels.cells.iter_mut().for_each(|label| *label = roots[*label as usize]);
+    (labels, kept)
+}
+
+/// How much too wide a gate is for what lies beside it; the weakest gate is the greatest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Weak {
+    excess: f64,
+    gate: usize,
+}
+
+impl Eq for Weak {}
+
+impl Ord for Weak {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.excess.total_cmp(&other.excess).then(other.gate.cmp(&self.gate))
+    }
+}
+
+impl PartialOrd for Weak {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// Pieces of free space that grow together.
+struct Pieces {
+    labels: Plane<u32>,
+    /// The piece that each first label belongs to now.
+    roots: Vec<u32>,
+    sizes: Vec<usize>,
+    /// Least width beside each gate, known from pieces that were swallowed.
+    floors: Vec<[f64; 2]>,
+    least: f64,
+    scale: Scale,
+}
+
+impl Pieces {
+    fn new(labels: Plane<u32>, sizes: &[usize], n_gates: usize, least: f64, scale: Scale) -> Self {
+        let roots = (0..=sizes.len() as u32).collect();
+        Self { labels, roots, sizes: [&[0], sizes].concat(), floors: vec![[0.0; 2]; n_gates], least, scale }
+    }
+
+    fn parted(&self, sides: [u32; 2]) -> bool {
+        let [a, b] = sides.map(|label| self.roots[label as usize]);
+        a != 0 && b != 0 && a != b
+    }
+
+    fn join(&mut self, gates: &[Gate], sides: &[[u32; 2]], index: usize) {
+        let [a, b] = sides[index].map(|label| self.roots[label as usize]);
+        // What lies behind the gate of a passage is also what the gate at its other end leads to.
+        for (tiny, other, side) in [(a, b, 1.0), (b, a, -1.0)] {
+            if (self.sizes[tiny as usize] as f64) < self.least {
+                let chord =
+                    self.chord(&gates[index], side, other, 3.0).chord.max(self.floors[index][usize::from(side > 0.0)]);
+                for (floors, sides) in self.floors.iter_mut().zip(sides) {
+                    for (floor, &label) in floors.iter_mut().zip(sides) {
+                        if self.roots[label as usize] == tiny {
+                            *floor = floor.max(chord);
+                        }
                     }
                 }
-                continue;
-            }
-            let mut ratio = 0.0_f64;
-            let mut tiny = false;
-            for (s, l) in [(-1.0, a), (1.0, b)] {
-                if l == 0 {
-                    continue;
-                }
-                let roots = &sets;
-                let inside = |r, c| labels.at(r, c).is_some_and(|x| x != 0 && roots.peek(x) == l);
-                let chord = median_chord(inside, gate, s, (1.5 * meter).max(gate.width), 2.0 * gate.width + meter);
-                ratio = ratio.max(gate.width / chord.max(1e-9));
-                if (sizes[l as usize] as f64) < least * meter * meter {
-                    tiny = true;
-                }
-            }
-            let excess = if tiny {
-                10.0 + gate.cost
-            } else {
-                ratio + 0.2 * (0.55 - gate.embedding).max(0.0) - threshold(gate.width / meter)
-            };
-            if excess > 0.0 && worst.is_none_or(|(w, _)| excess > w) {
-                worst = Some((excess, k));
             }
         }
-        let Some((_, k)) = worst else { break };
-        let [a, b] = sides[k].map(|l| sets.find(l));
-        let root = sets.join(a, b);
-        sizes[root as usize] = sizes[a as usize] + sizes[b as usize];
+        self.roots.iter_mut().filter(|root| **root == b).for_each(|root| *root = a);
+        self.sizes[a as usize] += self.sizes[b as usize];
     }
-    for (k, line) in lines.iter().enumerate() {
-        if active[k] {
-            let [a, b] = sides[k];
-            for &cell in line {
-                if labels.cells[cell] == 0 {
-                    labels.cells[cell] = if a != 0 { a } else { b };
-                }
-            }
+
+    /// The excess of a gate, or `None` if it parts nothing.
+    fn weakness(&self, gate: &Gate, sides: [u32; 2], index: usize) -> Option<Weak> {
+        if !self.parted(sides) {
+            return None;
         }
+        let sides = sides.map(|label| self.roots[label as usize]);
+        if sides.iter().any(|&side| (self.sizes[side as usize] as f64) < self.least) {
+            return Some(Weak { excess: 10.0 + gate.cost, gate: index });
+        }
+        if gate.width < self.scale.narrowest {
+            return None;
+        }
+        let limit = threshold(gate.width / self.scale.meter);
+        let (mut least, mut neck) = (f64::INFINITY, 1.0);
+        for ((side, root), floor) in [-1.0, 1.0].into_iter().zip(sides).zip(self.floors[index]) {
+            let space = self.chord(gate, side, root, 1.1 / limit);
+            least = least.min(space.chord.max(floor).max(1e-9));
+            neck += space.neck;
+        }
+        let ratio = gate.width / least;
+        let stout = (neck / (least - gate.width).max(1e-9) - 0.5).clamp(0.0, 1.0)
+            * ((gate.width / self.scale.meter - 1.3) / 0.5).clamp(0.0, 1.0);
+        Some(Weak { excess: ratio + 0.2 * (0.55 - gate.embedding).max(0.0) + 0.15 * stout - limit, gate: index })
     }
-    for l in &mut labels.cells {
-        *l = sets.find(*l);
+
+    /// The width of a piece beside a gate, as far as `most` times the width of the gate.
+    fn chord(&self, gate: &Gate, side: f64, root: u32, most: f64) -> Beside {
+        let inside = |row, column| self.labels.at(row, column).is_some_and(|label| self.roots[label as usize] == root);
+        beside(inside, gate, side, (1.5 * self.scale.meter).max(gate.width), most * gate.width)
     }
-    let kept = gates.iter().zip(&active).filter(|(_, a)| **a).map(|(g, _)| *g).collect();
-    (labels, kept)
 }
 
 /// The largest share of the width beside it that a gate of `width` metres may have.
@@ -98,30 +163,15 @@ fn threshold(width: f64) -> f64 {
 }
 
 /// The label on one side of a gate.
-pub(crate) fn label_beside<T: Copy + Default + PartialEq>(labels: &Plane<T>, gate: &Gate, side: f64) -> T {
+fn label_beside(labels: &Plane<u32>, gate: &Gate, side: f64) -> u32 {
     let (center, along) = (gate.center(), gate.along());
     let normal = (-along.1 * side, along.0 * side);
     for step in 1..6 {
         let (r, c) = (center.0 + f64::from(step) * normal.0, center.1 + f64::from(step) * normal.1);
         match labels.at(r.round() as i32, c.round() as i32) {
-            Some(label) if label != T::default() => return label,
+            Some(label) if label > 0 => return label,
             _ => (),
         }
     }
-    T::default()
-}
-
-/// The free cells on the straight line between the ends of a gate.
-fn line(free: &Plane<bool>, gate: &Gate) -> Vec<usize> {
-    let [(r0, c0), (r1, c1)] = gate.ends;
-    let steps = (r1 - r0).abs().max((c1 - c0).abs()).max(1);
-    (0..=steps)
-        .map(|k| {
-            let at = |from: i32, to: i32| {
-                (f64::from(from) + f64::from(to - from) * f64::from(k) / f64::from(steps)).round() as usize
-            };
-            at(r0, r1) * free.columns + at(c0, c1)
-        })
-        .filter(|&index| free.cells[index])
-        .collect()
+    0
 }

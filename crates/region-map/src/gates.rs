@@ -15,6 +15,8 @@ pub(crate) struct Gate {
     pub(crate) cost: f64,
     /// How far the walls go on behind the ends, 0 to 1.
     pub(crate) embedding: f64,
+    /// On which side (−1 or +1) a passage begins that is no wider than the gate.
+    pub(crate) mouth_of: Option<f64>,
 }
 
 impl Gate {
@@ -35,56 +37,122 @@ impl Gate {
 /// Lengths in cells that decide what a pinch is.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale {
+    pub(crate) narrowest: f64,
     pub(crate) widest: f64,
     pub(crate) meter: f64,
 }
 
 /// Finds pairs of wall cells that face each other across free space with nothing else as near to the middle between them
 /// (critical points of the distance function), where space is wider on both sides.
+///
+/// Gates in line with walls come first, narrow before wide. Each is closed before the next is looked at, so that the room
+/// behind a door does not make a corridor look wide.
 pub(crate) fn find_gates(free: &Plane<bool>, field: &DistanceField, scale: Scale) -> Vec<Gate> {
+    let mut candidates = candidates(free, field, scale);
+    candidates.sort_by(|a, b| {
+        (a.embedding < 0.5).cmp(&(b.embedding < 0.5)).then(a.cost.total_cmp(&b.cost)).then(a.ends.cmp(&b.ends))
+    });
+    let mut open = free.clone();
+    let mut kept: Vec<Gate> = Vec::new();
+    for mut gate in candidates.iter().copied() {
+        if kept.iter().any(|other| near(&gate, other) && (alike(&gate, other, scale) || cross(&gate, other))) {
+            continue;
+        }
+        gate.ratio = quick_ratio(&open, &gate, scale);
+        if gate.ratio < 0.9 {
+            line(free, &gate).for_each(|cell| open.cells[cell] = false);
+            kept.push(gate);
+        }
+    }
+    mouths(free, field, &candidates, scale, &mut kept);
+    kept
+}
+
+/// Adds the gates where a passage opens into a hall: widening on one side only, but there by far.
+fn mouths(free: &Plane<bool>, field: &DistanceField, candidates: &[Gate], scale: Scale, kept: &mut Vec<Gate>) {
+    let mut found: Vec<(f64, Gate)> = candidates
+        .iter()
+        .filter(|gate| (0.6 * scale.meter..2.5 * scale.meter).contains(&gate.width))
+        .filter_map(|gate| mouth(field, gate))
+        .collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.ends.cmp(&b.1.ends)));
+    for (_, gate) in found {
+        if !kept.iter().any(|other| alike(&gate, other, scale) || cross(&gate, other) || same_passage(&gate, other)) {
+            kept.push(gate);
+        }
+    }
+    let _ = free;
+}
+
+fn same_passage(a: &Gate, b: &Gate) -> bool {
+    let (p, q) = (a.center(), b.center());
+    (p.0 - q.0).hypot(p.1 - q.1) < 2.0 * a.width.min(b.width)
+}
+
+/// The gate as the mouth of a passage, and the clearance of the hall before it.
+fn mouth(field: &DistanceField, gate: &Gate) -> Option<(f64, Gate)> {
+    let (center, along, width) = (gate.center(), gate.along(), gate.width);
+    [-1.0, 1.0].into_iter().find_map(|side| {
+        let clearance = |widths: f64| {
+            let step = side * widths * width;
+            let (row, column) = (center.0 - step * along.1, center.1 + step * along.0);
+            field.squared.at(row.round() as i32, column.round() as i32).map_or(0.0, |squared| f64::from(squared).sqrt())
+        };
+        let hall = clearance(1.5);
+        let passage = [-0.3, -0.7, -1.1].into_iter().all(|w| (0.35 * width..0.7 * width).contains(&clearance(w)));
+        (hall >= 1.2 * width && passage).then(|| (hall / width, Gate { mouth_of: Some(-side), ..*gate }))
+    })
+}
+
+/// Neighbouring cells whose nearest walls lie on opposite sides.
+fn candidates(free: &Plane<bool>, field: &DistanceField, scale: Scale) -> Vec<Gate> {
     let columns = free.columns;
-    let limit = ((scale.widest + 1.0) / 2.0).powi(2);
+    let limit = ((scale.widest + 1.0) / 2.0).powi(2) as u32;
     let mut found = Vec::new();
     for row in 1..free.rows - 1 {
         for column in 1..columns - 1 {
             let index = row * columns + column;
-            let squared = f64::from(field.squared.cells[index]);
-            if !free.cells[index] || squared > limit {
+            let squared = field.squared.cells[index];
+            if squared == 0 || squared > limit {
                 continue;
             }
-            let a = field.nearest.cells[index];
             for other in [index + 1, index + columns] {
-                let b = field.nearest.cells[other];
+                let [a, b] = [index, other].map(|cell| field.nearest.cells[cell]);
                 if a == b || !free.cells[other] {
                     continue;
                 }
-                let (ar, ac) = free.position(a as usize);
-                let (br, bc) = free.position(b as usize);
-                let span = f64::from((ar - br).pow(2) + (ac - bc).pow(2));
-                // Facing each other: the pair is as far apart as the disc around the cell allows.
-                if span < 3.6 * squared {
+                let ends = [a, b].map(|wall| free.position(wall as usize));
+                let span = f64::from((ends[0].0 - ends[1].0).pow(2) + (ends[0].1 - ends[1].1).pow(2));
+                // Facing each other: the pair is nearly as far apart as the disc around the cell allows.
+                if span < 3.6 * f64::from(squared) {
                     continue;
                 }
-                let mut gate = Gate {
-                    ends: [(ar, ac), (br, bc)],
-                    width: span.sqrt() - 1.0,
-                    ratio: 1.0,
-                    cost: 0.0,
-                    embedding: 0.0,
-                };
+                let mut gate =
+                    Gate { ends, width: span.sqrt() - 1.0, ratio: 1.0, cost: 0.0, embedding: 0.0, mouth_of: None };
                 if gate.width > scale.widest {
                     continue;
                 }
-                gate.ratio = quick_ratio(free, &gate, scale);
-                if gate.ratio < 0.9 {
-                    gate.embedding = embedding(free, &gate, 0.5 * scale.meter);
-                    gate.cost = gate.width * (1.3 - 0.3 * gate.embedding);
-                    found.push(gate);
-                }
+                gate.embedding = embedding(free, &gate, 0.5 * scale.meter);
+                gate.cost = gate.width * (1.3 - 0.3 * gate.embedding);
+                found.push(gate);
             }
         }
     }
-    thin_out(found, scale)
+    found
+}
+
+/// The free cells on the straight line between the ends of a gate.
+pub(crate) fn line<'a>(free: &'a Plane<bool>, gate: &Gate) -> impl Iterator<Item = usize> + 'a {
+    let [(r0, c0), (r1, c1)] = gate.ends;
+    let steps = (r1 - r0).abs().max((c1 - c0).abs()).max(1);
+    (0..=steps)
+        .map(move |k| {
+            let at = |from: i32, to: i32| {
+                (f64::from(from) + f64::from(to - from) * f64::from(k) / f64::from(steps)).round() as usize
+            };
+            at(r0, r1) * free.columns + at(c0, c1)
+        })
+        .filter(|&index| free.cells[index])
 }
 
 /// Free length from a point along a direction, in steps of one cell, up to `most`.
@@ -100,17 +168,27 @@ pub(crate) fn reach(inside: impl Fn(i32, i32) -> bool, from: (f64, f64), along: 
     most
 }
 
-/// Median length of the chords parallel to the gate on one side of it, up to `depth` away.
-pub(crate) fn median_chord(
+/// The space on one side of a gate, measured by chords parallel to it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Beside {
+    /// Median length of the chords, in cells.
+    pub(crate) chord: f64,
+    /// How many cells it takes until the chords have gained half of what they gain.
+    pub(crate) neck: f64,
+}
+
+/// Measures the chords on one side of a gate, up to `depth` away.
+pub(crate) fn beside(
     inside: impl Fn(i32, i32) -> bool + Copy,
     gate: &Gate,
     side: f64,
     depth: f64,
     most: f64,
-) -> f64 {
+) -> Beside {
     let (center, along) = (gate.center(), gate.along());
     let normal = (-along.1 * side, along.0 * side);
     let mut chords = Vec::new();
+    let stride = (depth / 24.0).floor().max(1.0);
     let mut step = 1.0;
     while step <= depth {
         let from = (center.0 + step * normal.0, center.1 + step * normal.1);
@@ -119,10 +197,13 @@ pub(crate) fn median_chord(
         } else if step > 2.0 {
             break;
         }
-        step += 1.0;
+        step += stride;
     }
-    chords.sort_by(f64::total_cmp);
-    chords.get(chords.len() / 2).copied().unwrap_or(0.0)
+    let mut sorted = chords.clone();
+    sorted.sort_by(f64::total_cmp);
+    let chord = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let half = (gate.width + chord) / 2.0;
+    Beside { chord, neck: chords.iter().position(|&c| c >= half).unwrap_or(chords.len()) as f64 * stride }
 }
 
 /// How far the walls go on behind both ends of the cut, as a share of `depth`.
@@ -135,10 +216,10 @@ fn embedding(free: &Plane<bool>, gate: &Gate, depth: f64) -> f64 {
 fn quick_ratio(free: &Plane<bool>, gate: &Gate, scale: Scale) -> f64 {
     let inside = |row, column| free.at(row, column) == Some(true);
     let depth = scale.meter.max(0.5 * gate.width);
-    let most = gate.width * 1.5 + 0.5 * scale.meter;
+    let most = 1.0 * gate.width + 2.0;
     let mut worst = 0.0_f64;
     for side in [-1.0, 1.0] {
-        worst = worst.max(gate.width / median_chord(inside, gate, side, depth, most).max(1e-9));
+        worst = worst.max(gate.width / beside(inside, gate, side, depth, most).chord.max(1e-9));
         if worst > 0.9 {
             return worst;
         }
@@ -146,17 +227,13 @@ fn quick_ratio(free: &Plane<bool>, gate: &Gate, scale: Scale) -> f64 {
     worst
 }
 
-/// Keeps the narrowest of gates that lie over each other.
-fn thin_out(mut found: Vec<Gate>, scale: Scale) -> Vec<Gate> {
-    found.sort_by(|a, b| (a.cost + 2.0 * a.ratio).total_cmp(&(b.cost + 2.0 * b.ratio)));
-    let mut kept: Vec<Gate> = Vec::new();
-    for gate in found {
-        let clear = kept.iter().all(|other| !alike(&gate, other, scale) && !cross(&gate, other));
-        if clear {
-            kept.push(gate);
-        }
-    }
-    kept
+/// Whether two cuts can touch at all.
+fn near(a: &Gate, b: &Gate) -> bool {
+    let twice = |gate: &Gate| (gate.ends[0].0 + gate.ends[1].0, gate.ends[0].1 + gate.ends[1].1);
+    let (p, q) = (twice(a), twice(b));
+    let (rows, columns) = (f64::from(p.0 - q.0), f64::from(p.1 - q.1));
+    let reach = a.width + b.width + 4.0;
+    rows * rows + columns * columns <= reach * reach
 }
 
 /// Whether two cuts go from the same wall to the same wall.

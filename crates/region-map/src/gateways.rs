@@ -42,7 +42,7 @@ impl Gateway {
             regions.swap(0, 1);
             normal = -normal;
         }
-        let center = nalgebra_center(ends);
+        let center = ends[0] + (ends[1] - ends[0]) / 2.0;
         Self {
             regions,
             ends,
@@ -52,11 +52,18 @@ impl Gateway {
             confidence: membership(free, ends),
         }
     }
+
+    /// Whether two cuts lie in one passage: one behind the other, not side by side.
+    pub(crate) fn is_same_passage(&self, other: &Self) -> bool {
+        let step = other.center - self.center;
+        let behind = step.dot(&self.normal).abs();
+        let beside = (step.norm_squared() - behind * behind).max(0.0).sqrt();
+        self.regions == other.regions && behind < THICKEST_WALL && beside < (self.width + other.width) / 2.0
+    }
 }
 
-fn nalgebra_center([a, b]: [Point2<f64>; 2]) -> Point2<f64> {
-    a + (b - a) / 2.0
-}
+/// Two cuts across one passage are less than this far apart along it, in metres: the thickest of walls.
+const THICKEST_WALL: f64 = 1.0;
 
 /// Mean membership of the cells between the ends, the wall cells at the ends left out.
 fn membership(free: &Grid<f32>, [a, b]: [Point2<f64>; 2]) -> f64 {

@@ -11,6 +11,8 @@ pub struct Options {
     pub threshold: f32,
     /// Free-standing obstacles at most this far across are furniture and part of their room, `[0, 10]` m.
     pub furniture: f64,
+    /// What is narrower is a crack in a wall and no gateway, `[0, 10]` m.
+    pub narrowest_gateway: f64,
     /// Gateways are at most this wide, `[0.1, 20]` m.
     pub widest_gateway: f64,
     /// Smaller pieces join a neighbour, or are dropped where they have none, `[0, 1000]` m².
@@ -19,7 +21,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threshold: 0.5, furniture: 1.2, widest_gateway: 4.0, least_area: 1.5 }
+        Self { threshold: 0.5, furniture: 1.2, narrowest_gateway: 0.4, widest_gateway: 4.0, least_area: 1.5 }
     }
 }
 
@@ -62,6 +64,12 @@ impl Options {
         let checks = [
             ("threshold", "in [0, 1)", f64::from(self.threshold), (0.0..1.0).contains(&self.threshold)),
             ("furniture", "in [0, 10] m", self.furniture, (0.0..=10.0).contains(&self.furniture)),
+            (
+                "narrowest_gateway",
+                "in [0, 10] m",
+                self.narrowest_gateway,
+                (0.0..=10.0).contains(&self.narrowest_gateway),
+            ),
             ("widest_gateway", "in [0.1, 20] m", self.widest_gateway, (0.1..=20.0).contains(&self.widest_gateway)),
             ("least_area", "in [0, 1000] m²", self.least_area, (0.0..=1000.0).contains(&self.least_area)),
         ];

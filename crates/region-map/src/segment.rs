@@ -12,6 +12,7 @@ use crate::{
     plane::Plane,
     region_map::RegionMap,
     regions::{Moments, Region, corridor},
+    watershed::flood,
 };
 
 /// Cuts free space into rooms and corridors at its gateways.
@@ -40,13 +41,13 @@ pub fn segment_explored(free: &Grid<f32>, unknown: &Grid<bool>, options: &Option
 }
 
 /// Free cells inside the smallest box that holds them, with a rim of walls.
-struct Cropped {
-    plane: Plane<bool>,
+pub(crate) struct Cropped {
+    pub(crate) plane: Plane<bool>,
     /// Row and column of the grid at which the box begins.
-    origin: (usize, usize),
+    pub(crate) origin: (usize, usize),
 }
 
-fn crop(free: &Grid<f32>, threshold: f32) -> Option<Cropped> {
+pub(crate) fn crop(free: &Grid<f32>, threshold: f32) -> Option<Cropped> {
     let (rows, columns) = (free.frame().rows(), free.frame().columns());
     let (mut top, mut bottom, mut left, mut right) = (rows, 0, columns, 0);
     for row in 0..rows {
@@ -78,12 +79,17 @@ fn run(free: &Grid<f32>, unknown: Option<&Grid<bool>>, options: &Options) -> Res
         return Ok(RegionMap { labels: Grid::new(frame), regions: Vec::new(), gateways: Vec::new() });
     };
     let meter = 1.0 / frame.resolution();
-    fill_furniture(&mut plane, options.furniture * meter);
+    // Dots of a scanned wall lie up to 0.1 m apart.
+    fill_furniture(&mut plane, options.furniture * meter, if meter > 14.0 { 2 } else { usize::from(meter > 9.0) });
     let field = DistanceField::new(&plane);
-    let gates = find_gates(&plane, &field, Scale { widest: options.widest_gateway * meter, meter });
-    let (labels, kept) = carve(&plane, &gates, meter, options.least_area);
-    let (labels, count) = number(&labels, options.least_area * meter * meter)?;
-    let gateways = gateways(&labels, &kept, free, origin);
+    let least = options.least_area * meter * meter;
+    let scale = Scale { narrowest: options.narrowest_gateway * meter, widest: options.widest_gateway * meter, meter };
+    let gates = find_gates(&plane, &field, scale);
+    let (mut labels, kept) = carve(&plane, &gates, scale, least);
+    drop_crumbs(&mut labels, least);
+    flood(&plane, &field, &mut labels);
+    let Numbered { labels, names, count } = number(&labels, least)?;
+    let gateways = gateways(&kept, &names, free, origin);
     let mut map = RegionMap { labels: Grid::new(frame), regions: Vec::new(), gateways };
     write_back(&labels, origin, &mut map.labels);
     map.regions = describe(&map.labels, free, unknown, count);
@@ -91,38 +97,64 @@ fn run(free: &Grid<f32>, unknown: Option<&Grid<bool>>, options: &Options) -> Res
     Ok(map)
 }
 
-/// Numbers the labels from 1 in reading order; regions of fewer than `least` cells become 0.
-fn number(labels: &Plane<u32>, least: f64) -> Result<(Plane<u16>, usize), SegmentError> {
-    let top = labels.cells.iter().max().copied().unwrap_or(0) as usize;
-    let mut sizes = vec![0_usize; top + 1];
+/// Takes the label from pieces of fewer than `least` cells, so that what lies beside them can take them over.
+fn drop_crumbs(labels: &mut Plane<u32>, least: f64) {
+    let sizes = sizes(labels);
+    labels.cells.iter_mut().filter(|label| (sizes[**label as usize] as f64) < least).for_each(|label| *label = 0);
+}
+
+fn sizes(labels: &Plane<u32>) -> Vec<usize> {
+    let mut sizes = vec![0_usize; labels.cells.iter().max().copied().unwrap_or(0) as usize + 1];
     labels.cells.iter().for_each(|&label| sizes[label as usize] += 1);
-    let mut names = vec![0_u16; top + 1];
+    sizes
+}
+
+/// Labels from 1 without gaps, and the new label of every old one.
+pub(crate) struct Numbered {
+    pub(crate) labels: Plane<u16>,
+    names: Vec<u16>,
+    count: usize,
+}
+
+/// Numbers the labels from 1 in reading order; regions of fewer than `least` cells become 0.
+pub(crate) fn number(labels: &Plane<u32>, least: f64) -> Result<Numbered, SegmentError> {
+    let sizes = sizes(labels);
+    let mut names = vec![0_u16; sizes.len()];
     let mut count = 0_usize;
-    let wanted: Vec<usize> = (1..=top).filter(|&label| sizes[label] > 0 && sizes[label] as f64 >= least).collect();
+    let wanted: Vec<usize> =
+        (1..sizes.len()).filter(|&label| sizes[label] > 0 && sizes[label] as f64 >= least).collect();
     for &label in &wanted {
         count += 1;
         names[label] = u16::try_from(count).map_err(|_| SegmentError::TooManyRegions(wanted.len()))?;
     }
     let cells = labels.cells.iter().map(|&label| names[label as usize]).collect();
-    Ok((Plane { rows: labels.rows, columns: labels.columns, cells }, count))
+    Ok(Numbered { labels: Plane { rows: labels.rows, columns: labels.columns, cells }, names, count })
 }
 
 /// The gates that still lie between two regions.
-fn gateways(labels: &Plane<u16>, gates: &[Gate], free: &Grid<f32>, origin: (usize, usize)) -> Vec<Gateway> {
+fn gateways(gates: &[(Gate, [u32; 2])], names: &[u16], free: &Grid<f32>, origin: (usize, usize)) -> Vec<Gateway> {
     let mut gateways: Vec<Gateway> = gates
         .iter()
-        .filter_map(|gate| {
-            let sides = [-1.0, 1.0].map(|side| crate::carve::label_beside(labels, gate, side));
-            (sides[0] != sides[1] && sides[0] != 0 && sides[1] != 0).then(|| Gateway::new(gate, sides, free, origin))
-        })
+        .map(|(gate, sides)| (gate, sides.map(|label| names.get(label as usize).copied().unwrap_or(0))))
+        .filter(|(_, sides)| sides[0] != sides[1] && !sides.contains(&0))
+        .map(|(gate, sides)| Gateway::new(gate, sides, free, origin))
         .collect();
+    gateways.sort_by(|a, b| a.width.total_cmp(&b.width));
+    let mut apart: Vec<Gateway> = Vec::new();
+    for gateway in gateways {
+        if !apart.iter().any(|other| other.is_same_passage(&gateway)) {
+            apart.push(gateway);
+        }
+    }
+    let mut gateways = apart;
     gateways.sort_by(|a, b| {
-        a.regions.cmp(&b.regions).then(a.center.x.total_cmp(&b.center.x)).then(a.center.y.total_cmp(&b.center.y))
+        let (p, q) = (a.center, b.center);
+        a.regions.cmp(&b.regions).then(p.x.total_cmp(&q.x)).then(p.y.total_cmp(&q.y))
     });
     gateways
 }
 
-fn write_back(labels: &Plane<u16>, origin: (usize, usize), out: &mut Grid<u16>) {
+pub(crate) fn write_back(labels: &Plane<u16>, origin: (usize, usize), out: &mut Grid<u16>) {
     let columns = out.frame().columns();
     for row in 1..labels.rows - 1 {
         let from = &labels.row(row)[1..labels.columns - 1];

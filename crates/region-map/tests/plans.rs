@@ -35,3 +35,17 @@ pub fn draw(boxes: &[Box2], resolution: f64, turn: f64) -> Grid<f32> {
 pub fn two_rooms(width: f64) -> Vec<Box2> {
     vec![([0.0, 0.0], [4.0, 4.0]), ([4.2, 0.0], [8.2, 4.0]), ([4.0, 2.0 - width / 2.0], [4.2, 2.0 + width / 2.0])]
 }
+
+/// A corridor of 13 × 2 m with three rooms of 4 × 4 m on each side, doors of 0.9 m, walls of 0.2 m at least.
+pub fn corridor_with_rooms() -> Vec<Box2> {
+    let mut boxes = vec![([0.0, 4.2], [13.0, 6.2])];
+    for k in 0..3 {
+        let x = 4.4 * f64::from(k);
+        let door = x + 1.0 + 0.8 * f64::from(k);
+        for (room, sill) in [(0.0, 4.0), (6.4, 6.2)] {
+            boxes.push(([x, room], [x + 4.0, room + 4.0]));
+            boxes.push(([door, sill], [door + 0.9, sill + 0.2]));
+        }
+    }
+    boxes
+}
