@@ -62,7 +62,6 @@ impl Plane {
     }
 
     /// Adds another plane, cell by cell.
-    #[cfg_attr(not(feature = "parallel"), expect(dead_code, reason = "only threads draw apart and add up"))]
     pub(crate) fn add(&mut self, other: &Plane) {
         for (key, more) in other.keys.iter().zip(&other.tiles) {
             let slot = self.slot(*key);
