@@ -1,10 +1,17 @@
 //! `map.pgm` and `map.yaml` as the ROS map server writes and reads them.
 
+mod image;
+mod png;
+mod read;
 mod write;
+mod yaml;
 
 use local_grid::GridFrame;
 
+pub use image::ImageError;
+pub use read::{MapImage, ReadError, read_image};
 pub use write::{write_pgm, write_yaml};
+pub use yaml::MetadataError;
 
 /// How the map server turns a pixel into occupancy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
