@@ -56,7 +56,8 @@ impl Solver for Direct {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn optimum(network: &Network) -> Result<Vec<Point2<f64>>, SolveError> {
-    let positions = DirectFactor::new(network)?.solve(network, &network.dead_reckoning()).positions;
+    let anchored: Vec<_> = network.anchors().iter().map(|anchor| anchor.position).collect();
+    let positions = crate::elimination::eliminate(network, &anchored);
     match positions.iter().position(|p| !(p.x.is_finite() && p.y.is_finite())) {
         Some(node) => Err(SolveError::NotFinite { node }),
         None => Ok(positions),

@@ -2,7 +2,7 @@
 
 mod rows;
 
-pub(crate) use rows::SweepRows;
+pub(crate) use rows::{SweepRows, inverse};
 
 use nalgebra::Point2;
 

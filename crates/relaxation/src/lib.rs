@@ -12,6 +12,7 @@ mod solver;
 mod gauss_seidel;
 
 mod direct;
+mod elimination;
 
 mod block_cholesky;
 mod unknowns;
@@ -25,6 +26,7 @@ mod pose;
 
 pub use certificate::{forces, gap_bound};
 pub use direct::{Direct, DirectFactor, SolveError, optimum};
+pub use elimination::Elimination;
 pub use gauss_seidel::{GaussSeidel, SweepOrder, sweep};
 pub use headings::{Compass, HeadingError, HeadingMethod, Headings, Turn, headings};
 pub use network::{Anchor, Network, NetworkError};

@@ -1,0 +1,246 @@
+//! Nested dissection by coordinates: the order of elimination of the core.
+//!
+//! Dead reckoning says roughly where every place is, so a straight line through the median parts the map in two; the few
+//! places at which springs cross it (a least vertex cover of them) are eliminated last, and the halves are parted in the
+//! same way (George 1973). The separators are the supernodes of the factor, their nesting is its assembly tree. Where
+//! coordinates mislead, because odometry has drifted too far or because they say nothing at all, breadth-first layers do
+//! instead.
+
+use nalgebra::Point2;
+
+use super::compliance::Compliance;
+use super::graph::{Graph, Springs};
+use super::separator::Cover;
+
+/// Unknowns that are eliminated together, as the columns `first..end` of the factor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Supernode {
+    pub(crate) first: u32,
+    pub(crate) end: u32,
+    /// The supernode that takes what this one leaves behind, `u32::MAX` for none.
+    pub(crate) parent: u32,
+}
+
+/// An order of elimination.
+#[derive(Debug, Clone)]
+pub(crate) struct Order {
+    /// The node at each position; anchors are not among them.
+    pub(crate) node: Vec<u32>,
+    /// The position of each node, `u32::MAX` for anchors.
+    pub(crate) position: Vec<u32>,
+    /// Children before parents.
+    pub(crate) supernodes: Vec<Supernode>,
+}
+
+/// Sets no larger than this are not parted: eliminating them as one dense block is quicker.
+const LEAF: usize = 8;
+
+/// A separator is suspiciously large above this many times the square root of what it parts: the coordinates mislead.
+const SUSPICIOUS: f64 = 3.0;
+
+/// A node and where it seems to be.
+#[derive(Debug, Clone, Copy)]
+struct Item {
+    x: f32,
+    y: f32,
+    node: u32,
+}
+
+struct Dissector<'a, C> {
+    graph: &'a Graph<C>,
+    /// Which half each node is in: a number given to no other half.
+    side: Vec<u32>,
+    next_side: u32,
+    frontier: Vec<u32>,
+    separator: Vec<u32>,
+    cover: Cover,
+    supernodes: Vec<Supernode>,
+    /// Supernodes that have no parent yet.
+    orphans: Vec<u32>,
+    /// Breadth-first rank of each node, where layers had to do.
+    rank: Vec<u32>,
+}
+
+/// The mark of the nodes that part two halves.
+const SEPARATOR: u32 = u32::MAX;
+
+/// Orders the nodes of `graph`, which seem to be at `positions`.
+#[expect(clippy::cast_possible_truncation, reason = "32-bit indices; coordinates need no more than to be compared")]
+pub(crate) fn dissect<C: Compliance>(graph: &Graph<C>, positions: &[Point2<f64>]) -> Order {
+    let mut anchored = vec![false; graph.nodes];
+    for &anchor in &graph.anchors {
+        anchored[anchor as usize] = true;
+    }
+    let centre = positions.first().copied().unwrap_or(Point2::origin());
+    let mut items: Vec<Item> = (0..graph.nodes as u32)
+        .filter(|&node| !anchored[node as usize])
+        .map(|node| {
+            let p = positions[node as usize] - centre;
+            Item { x: p.x as f32, y: p.y as f32, node }
+        })
+        .collect();
+    let mut dissector = Dissector {
+        graph,
+        side: vec![0; graph.nodes],
+        next_side: 1,
+        frontier: Vec::new(),
+        separator: Vec::new(),
+        cover: Cover::new(graph.nodes),
+        supernodes: Vec::new(),
+        orphans: Vec::new(),
+        rank: Vec::new(),
+    };
+    dissector.order(&mut items, 0);
+    let node: Vec<u32> = items.iter().map(|item| item.node).collect();
+    let mut position = vec![u32::MAX; graph.nodes];
+    for (at, &node) in (0_u32..).zip(&node) {
+        position[node as usize] = at;
+    }
+    Order { node, position, supernodes: dissector.supernodes }
+}
+
+impl<C: Compliance> Dissector<'_, C> {
+    /// Orders `items`, which get the positions from `first` on.
+    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
+    fn order(&mut self, items: &mut [Item], first: u32) {
+        let adopted = self.orphans.len();
+        let mut own = 0;
+        if items.len() > LEAF {
+            let (left, right) = self.part(items);
+            if left + right > 0 {
+                self.order(&mut items[..left], first);
+                self.order(&mut items[left..left + right], first + left as u32);
+            }
+            own = left + right;
+        }
+        if own == items.len() {
+            return; // Two halves without a spring between them need no separator, and their trees no common root.
+        }
+        let id = self.supernodes.len() as u32;
+        for child in self.orphans.drain(adopted..) {
+            self.supernodes[child as usize].parent = id;
+        }
+        self.orphans.push(id);
+        let (begin, end) = (first + own as u32, first + items.len() as u32);
+        self.supernodes.push(Supernode { first: begin, end, parent: u32::MAX });
+    }
+
+    /// Sorts `items` into two halves and, at the end, the separator between them; returns the sizes of the halves.
+    fn part(&mut self, items: &mut [Item]) -> (usize, usize) {
+        let half = items.len() / 2;
+        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        for item in items.iter() {
+            low = [low[0].min(item.x), low[1].min(item.y)];
+            high = [high[0].max(item.x), high[1].max(item.y)];
+        }
+        if high[0] - low[0] >= high[1] - low[1] {
+            items.select_nth_unstable_by(half, |a, b| a.x.total_cmp(&b.x).then(a.node.cmp(&b.node)));
+        } else {
+            items.select_nth_unstable_by(half, |a, b| a.y.total_cmp(&b.y).then(a.node.cmp(&b.node)));
+        }
+        self.separate(items, half);
+        #[expect(clippy::cast_precision_loss, reason = "a rule of thumb")]
+        if self.separator.len() as f64 > SUSPICIOUS * (items.len() as f64).sqrt() + 2.0 {
+            let by_coordinates = self.separator.len();
+            self.sort_by_layers(items);
+            self.separate(items, half);
+            tracing::trace!(
+                size = items.len(),
+                by_coordinates,
+                by_layers = self.separator.len(),
+                "suspicious separator"
+            );
+        }
+        self.collect_halves(items)
+    }
+
+    /// Finds the separator between `items[..half]` and the rest.
+    fn separate(&mut self, items: &[Item], half: usize) {
+        let (left, right) = (self.next_side, self.next_side + 1);
+        self.next_side += 2;
+        for (i, item) in items.iter().enumerate() {
+            self.side[item.node as usize] = if i < half { left } else { right };
+        }
+        let (graph, side) = (self.graph, &self.side);
+        let across = |node: u32| {
+            let other = left + right - side[node as usize];
+            graph.ends(node as usize).iter().map(|end| end.node).filter(move |&n| side[n as usize] == other)
+        };
+        self.frontier.clear();
+        self.frontier.extend(items.iter().map(|item| item.node).filter(|&node| across(node).next().is_some()));
+        self.separator.clear();
+        self.cover.find(&self.frontier, across, |node| self.separator.push(node));
+    }
+
+    /// Moves the separator to the end, the halves before it in their order.
+    fn collect_halves(&mut self, items: &mut [Item]) -> (usize, usize) {
+        for &node in &self.separator {
+            self.side[node as usize] = SEPARATOR;
+        }
+        let left_side = self.next_side - 2;
+        let mut left = 0;
+        for i in 0..items.len() {
+            if self.side[items[i].node as usize] == left_side {
+                items.swap(i, left);
+                left += 1;
+            }
+        }
+        let mut both = left;
+        for i in left..items.len() {
+            if self.side[items[i].node as usize] != SEPARATOR {
+                items.swap(i, both);
+                both += 1;
+            }
+        }
+        (left, both - left)
+    }
+
+    /// Sorts by breadth-first distance from a node at the rim.
+    fn sort_by_layers(&mut self, items: &mut [Item]) {
+        let (left, right) = (self.next_side - 2, self.next_side - 1);
+        let here = self.next_side;
+        self.next_side += 2;
+        debug_assert!(left < right);
+        for item in items.iter() {
+            self.side[item.node as usize] = here;
+        }
+        self.rank.resize(self.graph.nodes, 0);
+        let mut seed = items[0].node;
+        for _ in 0..3 {
+            seed = self.rank_from(seed, items, here);
+        }
+        items.sort_unstable_by_key(|item| self.rank[item.node as usize]);
+    }
+
+    /// Ranks the nodes of side `here` breadth first from `seed`, then from whatever was not reached; returns the last of the first.
+    fn rank_from(&mut self, seed: u32, items: &[Item], here: u32) -> u32 {
+        let seen = self.next_side;
+        let mut queue: Vec<u32> = Vec::with_capacity(items.len());
+        let mut last = seed;
+        for start in std::iter::once(seed).chain(items.iter().map(|item| item.node)) {
+            if self.side[start as usize] != here {
+                continue;
+            }
+            let mut head = queue.len();
+            self.side[start as usize] = seen;
+            queue.push(start);
+            while head < queue.len() {
+                for end in self.graph.ends(queue[head] as usize) {
+                    if self.side[end.node as usize] == here {
+                        self.side[end.node as usize] = seen;
+                        queue.push(end.node);
+                    }
+                }
+                head += 1;
+            }
+            if start == seed {
+                last = queue[queue.len() - 1];
+            }
+        }
+        for (rank, &node) in (0_u32..).zip(&queue) {
+            self.rank[node as usize] = rank;
+            self.side[node as usize] = here;
+        }
+        last
+    }
+}
