@@ -5,6 +5,7 @@ mod dense;
 mod dissection;
 mod factor;
 mod graph;
+mod minimum_degree;
 mod reduction;
 mod separator;
 mod symbolic;

@@ -10,6 +10,11 @@ mod certificate;
 mod solver;
 
 mod gauss_seidel;
+mod node_variances;
+mod sor;
+
+mod conjugate_gradient;
+mod multilevel;
 
 mod direct;
 mod elimination;
@@ -25,12 +30,16 @@ pub mod g2o;
 mod pose;
 
 pub use certificate::{forces, gap_bound};
+pub use conjugate_gradient::{ConjugateGradient, Preconditioner};
 pub use direct::{Direct, DirectFactor, SolveError, optimum};
 pub use elimination::Elimination;
 pub use gauss_seidel::{GaussSeidel, SweepOrder, sweep};
 pub use headings::{Compass, HeadingError, HeadingMethod, Headings, Turn, headings};
+pub use multilevel::Multilevel;
 pub use network::{Anchor, Network, NetworkError};
+pub use node_variances::{NodeVariances, sweep_with_variances};
 pub use pose::{Pose, wrap};
 pub use pose_graph::{PoseGraph, PoseGraphError, PoseOptions, PoseSpring, RelaxedPoses, descend, relax_poses};
 pub use solver::{RelaxOptions, Relaxed, Solver, relax};
+pub use sor::{FactorOutOfRange, Sor};
 pub use spring::Spring;

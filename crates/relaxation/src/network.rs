@@ -203,7 +203,8 @@ impl Network {
         self.components.anchors[self.component(node)].node == node
     }
 
-    /// Where the springs alone put every node when followed from the anchors along the shortest chains (fewest springs).
+    /// Where the springs alone put every node when followed from the anchors along the surest chains: those of fewest
+    /// springs, or, where variances are more than 10⁴ apart, those of least total variance.
     ///
     /// On a tree this is the optimum; with loops it is where relaxation may set out from.
     #[must_use]
@@ -258,7 +259,21 @@ impl Network {
     }
 
     pub(crate) fn tree(&self) -> &SpanningTree {
-        self.tree.get_or_init(|| SpanningTree::new(self.len(), self.adjacency(), self.anchors()))
+        self.tree.get_or_init(|| {
+            let variance =
+                |spring: u32| self.springs[spring as usize].covariance.trace() / self.weight(spring as usize);
+            let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+            for spring in (0..self.springs.len()).filter(|&spring| self.weight(spring) > 0.0) {
+                #[expect(clippy::cast_possible_truncation, reason = "`from_vec` checked that every index fits 32 bits")]
+                let variance = variance(spring as u32);
+                (least, most) = (least.min(variance), most.max(variance));
+            }
+            if most > ALIKE * least {
+                SpanningTree::surest(self.len(), self.adjacency(), self.anchors(), variance)
+            } else {
+                SpanningTree::breadth_first(self.len(), self.adjacency(), self.anchors())
+            }
+        })
     }
 
     pub(crate) fn rows(&self) -> &SweepRows {
@@ -300,6 +315,9 @@ impl Network {
         start.iter().zip(reckoned).map(|(&given, reckoned)| if is_finite(&given) { given } else { reckoned }).collect()
     }
 }
+
+/// Springs whose variances are within this factor of each other count as about equally stiff.
+const ALIKE: f64 = 1e4;
 
 /// Springs per partial sum of the energy.
 const BLOCK: usize = 512;

@@ -3,4 +3,7 @@
 
 mod bad_input;
 mod hand_cases;
+mod problems;
+mod rates;
 mod real_graphs;
+mod solvers;

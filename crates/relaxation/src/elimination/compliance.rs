@@ -11,9 +11,6 @@ use crate::network::Network;
 ///
 /// Springs in series add compliances, springs in parallel add stiffnesses: the laws of resistors.
 pub(crate) trait Compliance: Copy + Debug {
-    /// No compliance: a rigid rod.
-    const RIGID: Self;
-
     /// The compliance of a spring of the network, its weight included.
     fn of(network: &Network, spring: usize) -> Self;
 
@@ -31,19 +28,9 @@ pub(crate) trait Compliance: Copy + Debug {
 
     /// One entry of it as a matrix of the solver, which has one row per node (`f64`) or two (2×2).
     fn entry(self, row: usize, column: usize) -> f64;
-
-    /// What the first part of a series of springs takes of a displacement `v` of its far end: `self · total⁻¹ · v`.
-    fn part(self, total: Self, v: Vector2<f64>) -> Vector2<f64> {
-        self.times(total.stiffness().times(v))
-    }
-
-    /// As a covariance of a position.
-    fn matrix(self) -> Matrix2<f64>;
 }
 
 impl Compliance for f64 {
-    const RIGID: Self = 0.0;
-
     #[inline]
     fn of(network: &Network, spring: usize) -> Self {
         network.springs()[spring].covariance.m11 / network.weight(spring)
@@ -75,20 +62,9 @@ impl Compliance for f64 {
     fn entry(self, _row: usize, _column: usize) -> f64 {
         self
     }
-
-    #[inline]
-    fn part(self, total: Self, v: Vector2<f64>) -> Vector2<f64> {
-        v * (self / total)
-    }
-
-    fn matrix(self) -> Matrix2<f64> {
-        Matrix2::from_diagonal_element(self)
-    }
 }
 
 impl Compliance for Matrix2<f64> {
-    const RIGID: Self = Matrix2::new(0.0, 0.0, 0.0, 0.0);
-
     fn of(network: &Network, spring: usize) -> Self {
         network.covariance(spring)
     }
@@ -115,9 +91,5 @@ impl Compliance for Matrix2<f64> {
 
     fn entry(self, row: usize, column: usize) -> f64 {
         self[(row, column)]
-    }
-
-    fn matrix(self) -> Matrix2<f64> {
-        self
     }
 }

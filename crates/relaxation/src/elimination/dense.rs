@@ -5,7 +5,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
 
 /// Multiplications from which on a call into faer is repaid.
-const LARGE: usize = 40_000;
+const LARGE: usize = 4000;
 
 /// Columns that are updated together in a wide supernode.
 const PANEL: usize = 48;

@@ -6,10 +6,13 @@
 //! coordinates mislead, because odometry has drifted too far or because they say nothing at all, breadth-first layers do
 //! instead.
 
+use std::cmp::Ordering;
+
 use nalgebra::Point2;
 
 use super::compliance::Compliance;
 use super::graph::{Graph, Springs};
+use super::minimum_degree::{self, Block, Group};
 use super::separator::Cover;
 
 /// Unknowns that are eliminated together, as the columns `first..end` of the factor.
@@ -32,11 +35,14 @@ pub(crate) struct Order {
     pub(crate) supernodes: Vec<Supernode>,
 }
 
-/// Sets no larger than this are not parted: eliminating them as one dense block is quicker.
-const LEAF: usize = 8;
+/// Sets no larger than this are not parted: minimum degree orders them better, and in less time.
+const BLOCK: usize = minimum_degree::LARGEST;
 
 /// A separator is suspiciously large above this many times the square root of what it parts: the coordinates mislead.
 const SUSPICIOUS: f64 = 3.0;
+
+/// How far from the middle a set may be parted for the sake of a smaller separator, in percent of its nodes.
+const LATITUDE: usize = 6;
 
 /// A node and where it seems to be.
 #[derive(Debug, Clone, Copy)]
@@ -57,8 +63,11 @@ struct Dissector<'a, C> {
     supernodes: Vec<Supernode>,
     /// Supernodes that have no parent yet.
     orphans: Vec<u32>,
-    /// Breadth-first rank of each node, where layers had to do.
+    /// A number for each node within the set at hand: its bit in a block, or its rank where layers had to do.
     rank: Vec<u32>,
+    block: Block,
+    block_order: Vec<usize>,
+    groups: Vec<Group>,
 }
 
 /// The mark of the nodes that part two halves.
@@ -88,7 +97,10 @@ pub(crate) fn dissect<C: Compliance>(graph: &Graph<C>, positions: &[Point2<f64>]
         cover: Cover::new(graph.nodes),
         supernodes: Vec::new(),
         orphans: Vec::new(),
-        rank: Vec::new(),
+        rank: vec![0; graph.nodes],
+        block: Block::default(),
+        block_order: Vec::new(),
+        groups: Vec::new(),
     };
     dissector.order(&mut items, 0);
     let node: Vec<u32> = items.iter().map(|item| item.node).collect();
@@ -104,14 +116,14 @@ impl<C: Compliance> Dissector<'_, C> {
     #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
     fn order(&mut self, items: &mut [Item], first: u32) {
         let adopted = self.orphans.len();
-        let mut own = 0;
-        if items.len() > LEAF {
-            let (left, right) = self.part(items);
-            if left + right > 0 {
-                self.order(&mut items[..left], first);
-                self.order(&mut items[left..left + right], first + left as u32);
-            }
-            own = left + right;
+        if items.len() <= BLOCK {
+            return self.order_block(items, first);
+        }
+        let (left, right) = self.part(items);
+        let own = left + right;
+        if own > 0 {
+            self.order(&mut items[..left], first);
+            self.order(&mut items[left..own], first + left as u32);
         }
         if own == items.len() {
             return; // Two halves without a spring between them need no separator, and their trees no common root.
@@ -125,25 +137,71 @@ impl<C: Compliance> Dissector<'_, C> {
         self.supernodes.push(Supernode { first: begin, end, parent: u32::MAX });
     }
 
+    /// Orders a small set by minimum degree.
+    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
+    fn order_block(&mut self, items: &mut [Item], first: u32) {
+        let (inside, outside) = (self.next_side, self.next_side + 1);
+        self.next_side += 2;
+        for (local, item) in items.iter().enumerate() {
+            self.side[item.node as usize] = inside;
+            self.rank[item.node as usize] = local as u32;
+        }
+        let mut others = 0;
+        self.block.size = items.len();
+        for (local, item) in items.iter().enumerate() {
+            let mut neighbours = 0_u128;
+            for end in self.graph.ends(item.node as usize) {
+                // Neighbours outside part this set from others; their sides are not needed any more.
+                let node = end.node as usize;
+                if self.side[node] != inside && self.side[node] != outside {
+                    self.side[node] = outside;
+                    self.rank[node] = (BLOCK + others % BLOCK) as u32;
+                    others += 1;
+                }
+                neighbours |= 1 << self.rank[node];
+            }
+            self.block.neighbours[local] = neighbours;
+        }
+        self.block.order(&mut self.block_order, &mut self.groups);
+
+        let base = self.supernodes.len();
+        let mut begin = first;
+        for group in &self.groups {
+            let end = begin + group.size as u32;
+            let parent = group.parent.map_or(u32::MAX, |parent| (base + parent) as u32);
+            if group.parent.is_none() {
+                self.orphans.push(self.supernodes.len() as u32);
+            }
+            self.supernodes.push(Supernode { first: begin, end, parent });
+            begin = end;
+        }
+        let mut sorted = [Item { x: 0.0, y: 0.0, node: 0 }; BLOCK];
+        for (to, &from) in sorted.iter_mut().zip(&self.block_order) {
+            *to = items[from];
+        }
+        items.copy_from_slice(&sorted[..items.len()]);
+    }
+
     /// Sorts `items` into two halves and, at the end, the separator between them; returns the sizes of the halves.
     fn part(&mut self, items: &mut [Item]) -> (usize, usize) {
-        let half = items.len() / 2;
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for item in items.iter() {
             low = [low[0].min(item.x), low[1].min(item.y)];
             high = [high[0].max(item.x), high[1].max(item.y)];
         }
-        if high[0] - low[0] >= high[1] - low[1] {
-            items.select_nth_unstable_by(half, |a, b| a.x.total_cmp(&b.x).then(a.node.cmp(&b.node)));
+        let half = if high[0] - low[0] >= high[1] - low[1] {
+            self.narrowest(items, |a, b| a.x.total_cmp(&b.x).then(a.node.cmp(&b.node)))
         } else {
-            items.select_nth_unstable_by(half, |a, b| a.y.total_cmp(&b.y).then(a.node.cmp(&b.node)));
-        }
-        self.separate(items, half);
+            self.narrowest(items, |a, b| a.y.total_cmp(&b.y).then(a.node.cmp(&b.node)))
+        };
+        self.separate(&items[..half]);
         #[expect(clippy::cast_precision_loss, reason = "a rule of thumb")]
         if self.separator.len() as f64 > SUSPICIOUS * (items.len() as f64).sqrt() + 2.0 {
             let by_coordinates = self.separator.len();
             self.sort_by_layers(items);
-            self.separate(items, half);
+            let half = items.len() / 2;
+            self.label(items, half);
+            self.separate(&items[..half]);
             tracing::trace!(
                 size = items.len(),
                 by_coordinates,
@@ -154,20 +212,57 @@ impl<C: Compliance> Dissector<'_, C> {
         self.collect_halves(items)
     }
 
-    /// Finds the separator between `items[..half]` and the rest.
-    fn separate(&mut self, items: &[Item], half: usize) {
+    /// Sorts `items` as far as is needed to part them somewhere near the middle, where the fewest springs cross.
+    fn narrowest(&mut self, items: &mut [Item], compare: impl Fn(&Item, &Item) -> Ordering + Copy) -> usize {
+        let (first, last) = (items.len() * (50 - LATITUDE) / 100, items.len() * (50 + LATITUDE) / 100);
+        items.select_nth_unstable_by(first, compare);
+        items[first..].select_nth_unstable_by(last - first, compare);
+        items[first..last].sort_unstable_by(compare);
+        let (left, right) = self.label(items, first);
+        // The line moves over one node after the other: springs to the right begin to cross it, those to the left cease to.
+        let (mut crossing, mut least, mut best) = (0_i64, 0_i64, first);
+        for (i, item) in items[..last].iter().enumerate().skip(first) {
+            self.side[item.node as usize] = left;
+            for end in self.graph.ends(item.node as usize) {
+                let side = self.side[end.node as usize];
+                crossing += i64::from(side == right) - i64::from(side == left);
+            }
+            if crossing < least || (crossing == least && i < items.len() / 2) {
+                (least, best) = (crossing, i + 1);
+            }
+        }
+        for item in &items[best..last] {
+            self.side[item.node as usize] = right;
+        }
+        best
+    }
+
+    /// Gives the two halves sides that no other set has.
+    fn label(&mut self, items: &[Item], half: usize) -> (u32, u32) {
         let (left, right) = (self.next_side, self.next_side + 1);
         self.next_side += 2;
         for (i, item) in items.iter().enumerate() {
             self.side[item.node as usize] = if i < half { left } else { right };
         }
+        (left, right)
+    }
+
+    /// Finds the separator between the two halves labelled last, the left one of which is given.
+    fn separate(&mut self, left_items: &[Item]) {
+        let (left, right) = (self.next_side - 2, self.next_side - 1);
         let (graph, side) = (self.graph, &self.side);
         let across = |node: u32| {
             let other = left + right - side[node as usize];
             graph.ends(node as usize).iter().map(|end| end.node).filter(move |&n| side[n as usize] == other)
         };
         self.frontier.clear();
-        self.frontier.extend(items.iter().map(|item| item.node).filter(|&node| across(node).next().is_some()));
+        for item in left_items {
+            let before = self.frontier.len();
+            self.frontier.extend(across(item.node));
+            if self.frontier.len() > before {
+                self.frontier.push(item.node);
+            }
+        }
         self.separator.clear();
         self.cover.find(&self.frontier, across, |node| self.separator.push(node));
     }
@@ -204,7 +299,6 @@ impl<C: Compliance> Dissector<'_, C> {
         for item in items.iter() {
             self.side[item.node as usize] = here;
         }
-        self.rank.resize(self.graph.nodes, 0);
         let mut seed = items[0].node;
         for _ in 0..3 {
             seed = self.rank_from(seed, items, here);

@@ -63,7 +63,7 @@ impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
             self.assemble(graph, id, block, &mut grounded);
 
             let [even, odd] = &mut stacks;
-            let (own, children) = if depth[id] % 2 == 0 { (even, odd) } else { (odd, even) };
+            let (own, children) = if depth[id].is_multiple_of(2) { (even, odd) } else { (odd, even) };
             let base = own.len();
             own.resize(base + (stride - columns).pow(2), 0.0);
             let rest = &mut own[base..];
@@ -107,8 +107,7 @@ impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
         let rows = self.symbolic.rows(id);
         let count = (supernode.end - supernode.first) as usize;
         let stride = (count + rows.len()) * WIDTH;
-        for column in 0..count {
-            let position = supernode.first + column as u32;
+        for (column, position) in (supernode.first..supernode.end).enumerate() {
             for end in graph.ends(self.order.node[position as usize] as usize) {
                 let stiffness = graph.edges[end.spring as usize].compliance.stiffness();
                 let other = self.order.position[end.node as usize];

@@ -17,6 +17,7 @@ pub(crate) struct Leaf<C> {
     pub(crate) parent: u32,
     /// Displacement `parent → node`.
     pub(crate) rest: Vector2<f64>,
+    #[expect(dead_code, reason = "covariances need it")]
     pub(crate) compliance: C,
 }
 

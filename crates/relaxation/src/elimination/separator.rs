@@ -15,7 +15,7 @@ impl Cover {
 
     /// Chooses nodes so that every spring across the cut ends at one of them, and calls `choose` with each.
     ///
-    /// `frontier` holds the nodes on both sides at which such springs end; `across(v)` gives the other ends.
+    /// `frontier` holds the nodes on both sides at which such springs end, some perhaps repeatedly; `across(v)` gives the other ends.
     /// Whoever has one open spring left lets its other end be chosen: no better choice exists then, and cuts of maps
     /// consist of short paths, so this finds the least cover nearly always. What has cycles is cut open where it is widest.
     pub(super) fn find<I: Iterator<Item = u32>>(

@@ -75,6 +75,18 @@ impl SweepRows {
             Self::Block(rows) => (0..positions.len()).rev().for_each(|i| rows.update(i, positions)),
         }
     }
+
+    /// All nodes in the order of their numbers, each going `factor` times as far as its neighbours ask.
+    pub(crate) fn sweep_over(&self, factor: f64, positions: &mut [Point2<f64>]) {
+        for i in 0..positions.len() {
+            let target = match self {
+                Self::Scalar(rows) => rows.target(i, positions),
+                Self::Block(rows) => rows.target(i, positions),
+            };
+            let step = target - positions[i];
+            positions[i] += step * factor;
+        }
+    }
 }
 
 /// The inverse of a symmetric positive definite matrix that may be far from 1 in size.

@@ -1,5 +1,8 @@
 //! Which springs end at which node (compressed rows), and a spanning tree of each component.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
 use super::{Anchor, Spring};
 
 /// One end of a spring as its node sees it.
@@ -53,9 +56,10 @@ impl Adjacency {
     }
 }
 
-/// A breadth-first spanning forest that hangs from the anchors.
+/// A spanning forest that hangs from the anchors, by the chains along which dead reckoning drifts least.
 ///
-/// Breadth first, because the fewer springs lie between a node and its anchor, the less dead reckoning drifts.
+/// Where springs are about equally stiff those are the chains of fewest springs, and a breadth-first search finds them;
+/// where stiffnesses are orders of magnitude apart, Dijkstra's search by variance does.
 #[derive(Debug, Clone)]
 pub(crate) struct SpanningTree {
     /// All nodes, parents before children, anchors included.
@@ -69,7 +73,7 @@ const UNSEEN: End = End { node: u32::MAX, spring: u32::MAX };
 
 impl SpanningTree {
     #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
-    pub(crate) fn new(nodes: usize, adjacency: &Adjacency, anchors: &[Anchor]) -> Self {
+    pub(crate) fn breadth_first(nodes: usize, adjacency: &Adjacency, anchors: &[Anchor]) -> Self {
         let mut order = Vec::with_capacity(nodes);
         let mut parent = vec![UNSEEN; nodes];
         for anchor in anchors {
@@ -91,5 +95,63 @@ impl SpanningTree {
         }
         debug_assert_eq!(order.len(), nodes, "every component has an anchor");
         Self { order, parent }
+    }
+
+    /// The chains of least total `variance` (of a spring).
+    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
+    pub(crate) fn surest(
+        nodes: usize,
+        adjacency: &Adjacency,
+        anchors: &[Anchor],
+        variance: impl Fn(u32) -> f64,
+    ) -> Self {
+        let mut order = Vec::with_capacity(nodes);
+        let mut parent = vec![UNSEEN; nodes];
+        let mut least = vec![f64::INFINITY; nodes];
+        let mut queue = BinaryHeap::new();
+        for anchor in anchors {
+            least[anchor.node] = 0.0;
+            // Anchors come before everything else: their distance is less than any.
+            queue.push(Reached { variance: -1.0, node: anchor.node as u32 });
+        }
+        while let Some(Reached { variance: so_far, node }) = queue.pop() {
+            if so_far > least[node as usize] {
+                continue;
+            }
+            order.push(node);
+            let so_far = so_far.max(0.0);
+            for end in adjacency.ends(node as usize) {
+                let through = so_far + variance(end.spring);
+                if through < least[end.node as usize] {
+                    least[end.node as usize] = through;
+                    parent[end.node as usize] = End { node, spring: end.spring };
+                    queue.push(Reached { variance: through, node: end.node });
+                }
+            }
+        }
+        debug_assert_eq!(order.len(), nodes, "every component has an anchor");
+        Self { order, parent }
+    }
+}
+
+/// A node in the queue of Dijkstra's search.
+#[derive(Debug, PartialEq)]
+struct Reached {
+    variance: f64,
+    node: u32,
+}
+
+impl Eq for Reached {}
+
+impl Ord for Reached {
+    /// The nearest first, then the lowest number.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.variance.total_cmp(&self.variance).then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Reached {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
     }
 }
