@@ -1,1 +1,37 @@
-//! stub
+//! From a log to a consistent gridmap: the facade over all levels of the hierarchy of maps.
+
+pub mod atlas;
+mod config;
+mod coordinates;
+mod event;
+mod front_end;
+mod mapper;
+mod metrics;
+mod reach;
+mod recognize;
+mod tally;
+mod tracker;
+mod trajectory;
+
+pub use atlas::{Atlas, AtlasLink, AtlasPlace};
+pub use config::{
+    Config, ConfigError, GridConfig, HeadingConfig, HeadingMode, OdometryConfig, PlaceConfig, RecognitionConfig,
+    RelaxationConfig, RelaxationPolicy,
+};
+pub use coordinates::{Coordinates, Relaxation};
+pub use event::Event;
+pub use mapper::{Mapper, MapperError};
+pub use metrics::{
+    GridMetrics, LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RegionMetrics, RelaxationMetrics, Timings,
+    TruthMetrics,
+};
+pub use tally::Tally;
+pub use tracker::{Tracker, Travel};
+pub use trajectory::{Anchor, Sample, Trajectory};
+
+pub use global_grid;
+pub use region_map;
+pub use relaxation;
+pub use robot_log;
+pub use robot_log::local_grid;
+pub use topo_map;

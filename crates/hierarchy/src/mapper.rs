@@ -1,16 +1,17 @@
 use std::sync::Arc;
 
-use nalgebra::Isometry2;
-use robot_log::local_grid::{Scan, Signature};
-use robot_log::{Entry, EntryKind};
+use nalgebra::{Isometry2, Point2};
+use robot_log::Entry;
+use robot_log::local_grid::{FrameError, FuzzyGrid, Signature};
 use topo_map::{Displacement, PlaceId, TopoMap, Turn};
 
 use crate::config::{Config, ConfigError, RelaxationPolicy};
 use crate::coordinates::{Coordinates, Relaxation};
-use crate::front_end::FrontEnd;
-use crate::recognize::{Closure, Recognizer};
+use crate::event::Event;
+use crate::front_end::{FrontEnd, Sensed};
+use crate::recognize::{Closure, Recognizer, Verdict};
+use crate::tally::Tally;
 use crate::trajectory::{Anchor, Sample, Trajectory};
-use crate::{Event, Tally};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.
 ///
@@ -38,7 +39,7 @@ pub struct Mapper {
 }
 
 /// Why an entry could not be taken in.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapperError {
     /// The configuration cannot be used.
@@ -60,6 +61,9 @@ pub enum MapperError {
         /// What is not finite.
         what: &'static str,
     },
+    /// The robot left the plane that a grid can cover.
+    #[error("working grid: {0}")]
+    WorkingGrid(#[from] FrameError),
     /// The topological level refused a step.
     #[error("topological map: {0}")]
     Topology(#[from] topo_map::MapError),
@@ -68,5 +72,265 @@ pub enum MapperError {
     Relaxation(#[from] relaxation::NetworkError),
     /// The gridmap cannot be made.
     #[error("gridmap: {0}")]
-    Grid(String),
+    Grid(#[from] global_grid::GridError),
+}
+
+impl Mapper {
+    /// An empty map.
+    ///
+    /// # Errors
+    ///
+    /// A configuration with a value outside of what makes sense.
+    pub fn new(config: Config) -> Result<Self, MapperError> {
+        config.check()?;
+        Ok(Self {
+            front_end: FrontEnd::new(&config),
+            trajectory: Trajectory::default(),
+            map: TopoMap::new(),
+            coordinates: Coordinates::default(),
+            recognizer: Recognizer::new(&config),
+            tally: Tally::default(),
+            config,
+        })
+    }
+
+    /// Takes in one entry; all levels are consistent when it returns.
+    ///
+    /// # Errors
+    ///
+    /// An entry that is not finite or not in order. The map is then as it was before.
+    pub fn push(&mut self, entry: &Entry) -> Result<Vec<Event>, MapperError> {
+        self.tally.check(entry)?;
+        let sensed = self.front_end.observe(entry)?;
+        self.tally.count(entry);
+        match sensed {
+            Sensed::Nothing => Ok(Vec::new()),
+            Sensed::FrameTurned(turn) => {
+                self.trajectory.rotate(turn);
+                Ok(Vec::new())
+            }
+            Sensed::Scan(sample) => self.travel(sample),
+        }
+    }
+
+    /// Ends the run: the last place is completed and the coordinates are brought to their optimum.
+    ///
+    /// # Errors
+    ///
+    /// As [`Mapper::push`].
+    pub fn finish(&mut self) -> Result<Vec<Event>, MapperError> {
+        let mut events = self.complete_place()?;
+        if self.config.relaxation.policy == RelaxationPolicy::Converge && !self.map.places().is_empty() {
+            let relaxation = self.coordinates.relax(&self.map)?;
+            events.push(relaxed(relaxation));
+        }
+        Ok(events)
+    }
+
+    /// A scan was taken: perhaps the robot has come to another place.
+    fn travel(&mut self, sample: Sample) -> Result<Vec<Event>, MapperError> {
+        let stamp = sample.stamp;
+        self.trajectory.push_sample(sample);
+        let Some(anchor) = self.trajectory.anchors().last().copied() else {
+            return if self.may_start() { self.start(stamp) } else { Ok(Vec::new()) };
+        };
+        let place_from_robot = anchor.place_from_robot * anchor.track_from_robot.inverse() * self.track_from_robot();
+        if place_from_robot.translation.vector.norm() < self.config.places.spacing_m {
+            return Ok(Vec::new());
+        }
+        let mut events = self.complete_place()?;
+        events.extend(self.arrive(stamp, &anchor)?);
+        Ok(events)
+    }
+
+    /// The first place waits for a compass to speak, but not for long: not every log has one.
+    fn may_start(&self) -> bool {
+        let tracker = &self.front_end.tracker;
+        tracker.has_compass() || tracker.travelled() > 0.2 || self.trajectory.samples().len() >= 5
+    }
+
+    fn start(&mut self, stamp: f64) -> Result<Vec<Event>, MapperError> {
+        self.front_end.tracker.tie();
+        let place = self.add_place()?;
+        self.coordinates.place(place, None);
+        self.anchor(place, stamp, Isometry2::from(self.track_from_robot().rotation));
+        Ok(vec![Event::PlaceAdded { place }])
+    }
+
+    /// The robot has gone far enough from the last place to be at another one.
+    fn arrive(&mut self, stamp: f64, left: &Anchor) -> Result<Vec<Event>, MapperError> {
+        // A new place takes the robot's spot as its centre and the track frame's axes as its own.
+        let place_from_robot = Isometry2::from(self.track_from_robot().rotation);
+        let displacement = self.displacement(left, &place_from_robot);
+        let place = self.add_place()?;
+        let link = self.map.travel(left.place, place, displacement)?;
+        self.coordinates.place(place, Some((left.place, &displacement)));
+        self.anchor(place, stamp, place_from_robot);
+        let mut events = vec![Event::PlaceAdded { place }, Event::LinkAdded { link }];
+        if self.config.relaxation.policy == RelaxationPolicy::OneSweep {
+            events.push(relaxed(self.coordinates.sweep(&self.map)?));
+        } // Otherwise there is nothing to do: a place that hangs by one link leaves an optimum optimal.
+        Ok(events)
+    }
+
+    /// What was driven from the last anchor to the present spot, from place centre to place centre.
+    fn displacement(&self, left: &Anchor, place_from_robot: &Isometry2<f64>) -> Displacement {
+        let travelled = left.track_from_robot.inverse() * self.track_from_robot();
+        let from_place_from_place = left.place_from_robot * travelled * place_from_robot.inverse();
+        let travel = self.front_end.tracker.since_place();
+        let place_from_track = left.place_from_robot.rotation.angle() - left.track_from_robot.rotation.angle();
+        let turn = (!self.front_end.tracker.has_compass())
+            .then(|| Turn { change: from_place_from_place.rotation.angle(), variance: travel.turn_variance + TURN_FLOOR });
+        Displacement {
+            vector: from_place_from_place.translation.vector,
+            covariance: travel.position_in(-place_from_track, POSITION_FLOOR),
+            turn,
+        }
+    }
+
+    fn add_place(&mut self) -> Result<PlaceId, MapperError> {
+        let here = self.track_from_robot().translation.vector.into();
+        Ok(self.map.add_place(self.front_end.signature(here))?)
+    }
+
+    fn anchor(&mut self, place: PlaceId, stamp: f64, place_from_robot: Isometry2<f64>) {
+        self.trajectory.push_anchor(Anchor {
+            place,
+            sample: self.trajectory.samples().len(),
+            stamp,
+            track_from_robot: self.track_from_robot(),
+            place_from_robot,
+            travelled: self.front_end.tracker.travelled(),
+        });
+        self.front_end.tracker.depart();
+    }
+
+    /// The robot leaves its last place, whose surroundings it has now seen from all sides: is it a known one?
+    fn complete_place(&mut self) -> Result<Vec<Event>, MapperError> {
+        let Some(anchor) = self.trajectory.anchors().last().copied() else { return Ok(Vec::new()) };
+        let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
+        let signature = self.front_end.signature(track_from_place.translation.vector.into());
+        self.map.describe(anchor.place, signature)?;
+        if !self.config.recognition.enabled {
+            return Ok(Vec::new());
+        }
+        let closures = self.recognizer.consider(&self.map, &self.coordinates, anchor.place);
+        self.close(closures)
+    }
+
+    /// Turns what the recognizer decided into links, and relaxes if a loop was closed.
+    fn close(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
+        let mut events = Vec::new();
+        let mut closed = false;
+        for closure in closures {
+            let (place, known) = (closure.place, closure.known);
+            match closure.verdict {
+                Verdict::Accepted => {
+                    let link = self.map.recognize(known, place, closure.displacement)?;
+                    events.push(Event::PlaceRecognized { place, known, link });
+                    closed = true;
+                }
+                Verdict::Refused(reason) => events.push(Event::RecognitionRefused { place, known, reason }),
+            }
+        }
+        if closed && self.config.relaxation.policy == RelaxationPolicy::Converge {
+            events.push(relaxed(self.coordinates.relax(&self.map)?));
+        }
+        Ok(events)
+    }
+
+    fn track_from_robot(&self) -> Isometry2<f64> {
+        self.front_end.tracker.track_from_robot()
+    }
+
+    /// The configuration in use.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The topological level.
+    #[must_use]
+    pub fn topology(&self) -> &TopoMap<Arc<Signature>> {
+        &self.map
+    }
+
+    /// Where the places are.
+    #[must_use]
+    pub fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    /// What was sensed, and where.
+    #[must_use]
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// What came in so far.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// Where headings came from so far: `compass` or `odometry`.
+    #[must_use]
+    pub fn heading_source(&self) -> &'static str {
+        if self.front_end.tracker.has_compass() { "compass" } else { "odometry" }
+    }
+
+    /// The robot in the map at every sample of the trajectory.
+    #[must_use]
+    pub fn poses(&self) -> Vec<Isometry2<f64>> {
+        self.trajectory.corrected(|place| self.coordinates.map_from_place(place))
+    }
+
+    /// The robot in the map, now.
+    #[must_use]
+    pub fn map_from_robot(&self) -> Isometry2<f64> {
+        self.trajectory.anchors().last().map_or_else(Isometry2::identity, |anchor| {
+            let travelled = anchor.track_from_robot.inverse() * self.track_from_robot();
+            self.coordinates.map_from_place(anchor.place) * anchor.place_from_robot * travelled
+        })
+    }
+
+    /// All readings at the relaxed poses of their places, in one fuzzy gridmap.
+    ///
+    /// # Errors
+    ///
+    /// Nothing was sensed yet, or the map is larger than a dense grid can be.
+    pub fn gridmap(&self) -> Result<FuzzyGrid, MapperError> {
+        let mut grid = global_grid::GridMap::new(global_grid::GridOptions {
+            resolution: self.config.grid.resolution_m,
+            ..global_grid::GridOptions::default()
+        })?;
+        for (key, (pose, sample)) in (0..).zip(self.poses().iter().zip(self.trajectory.samples())) {
+            grid.insert(key, pose, &sample.scan)?;
+        }
+        Ok(grid.to_grid()?)
+    }
+
+    /// The position of every place as dead reckoning along the traveled links has it, in metres.
+    #[must_use]
+    pub fn dead_reckoned(&self) -> Vec<Point2<f64>> {
+        let mut coordinates = Coordinates::default();
+        let traveled = self.map.links().iter().filter(|link| link.origin == topo_map::LinkOrigin::Traveled);
+        for place in self.map.places().first() {
+            coordinates.place(place.id, None);
+        }
+        for link in traveled {
+            coordinates.place(link.to, Some((link.from, &link.displacement)));
+        }
+        coordinates.positions()
+    }
+}
+
+/// The least standard deviation of a link, in metres: no two visits to a place see exactly the same.
+const POSITION_FLOOR: f64 = 0.02;
+/// The least variance of a turn between places, in rad²: (0.3°)².
+const TURN_FLOOR: f64 = 2.7e-5;
+
+fn relaxed(relaxation: Relaxation) -> Event {
+    let Relaxation { sweeps, energy_before, energy_after, max_shift } = relaxation;
+    Event::Relaxed { sweeps, energy_before, energy_after, max_shift }
 }

@@ -1,0 +1,73 @@
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use topo_map::{PlaceId, TopoMap};
+
+/// How surely one place is known from another: what the best chain of links between them says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reach {
+    /// Variance of the relative position, in m², the larger of the two axes.
+    pub(crate) position_variance: f64,
+    /// Variance of the relative heading, in rad²; 0 where a compass holds it.
+    pub(crate) turn_variance: f64,
+    /// Length of the chain, in metres.
+    pub(crate) path: f64,
+}
+
+/// The reach of every place from `start`, over the surest chains of measured links (Dijkstra on the variance).
+///
+/// A chain is an upper bound: parallel chains would make the relative position surer, never less sure.
+pub(crate) fn reach_from<S>(map: &TopoMap<S>, start: PlaceId) -> Vec<Option<Reach>> {
+    let mut reach: Vec<Option<Reach>> = vec![None; map.places().len()];
+    let mut heap = BinaryHeap::new();
+    heap.push(Visit { place: start, reach: Reach { position_variance: 0.0, turn_variance: 0.0, path: 0.0 } });
+    while let Some(Visit { place, reach: found }) = heap.pop() {
+        let slot = &mut reach[place.index()];
+        if slot.is_some() {
+            continue;
+        }
+        *slot = Some(found);
+        for link in map.links_of(place).filter(|link| link.is_measured()) {
+            let next = link.other_end(place);
+            if reach[next.index()].is_none() {
+                heap.push(Visit { place: next, reach: extend(found, link) });
+            }
+        }
+    }
+    reach
+}
+
+fn extend(reach: Reach, link: &topo_map::Link) -> Reach {
+    let covariance = &link.displacement.covariance;
+    let length = link.distance();
+    let largest = covariance.symmetric_eigenvalues().max();
+    let turn = link.displacement.turn.map_or(0.0, |turn| turn.variance);
+    Reach {
+        // An uncertain heading turns the whole link: to first order it moves its end sideways.
+        position_variance: reach.position_variance + largest + reach.turn_variance * length * length,
+        turn_variance: reach.turn_variance + turn,
+        path: reach.path + length,
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Visit {
+    place: PlaceId,
+    reach: Reach,
+}
+
+impl Eq for Visit {}
+
+/// The surest first; equal ones in the order of their numbers, so that the result never depends on luck.
+impl Ord for Visit {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let by_variance = other.reach.position_variance.total_cmp(&self.reach.position_variance);
+        by_variance.then(other.place.cmp(&self.place))
+    }
+}
+
+impl PartialOrd for Visit {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
