@@ -61,7 +61,8 @@ impl Coordinates {
     ///
     /// A link that is no spring, which the topological map should have refused.
     pub fn network<S>(&self, map: &TopoMap<S>) -> Result<Network, NetworkError> {
-        let springs: Vec<Spring> = map.links().iter().filter(|link| link.is_measured()).map(|l| self.spring(l)).collect();
+        let springs: Vec<Spring> =
+            map.links().iter().filter(|link| link.is_measured()).map(|l| self.spring(l)).collect();
         Network::new(map.places().len(), &springs)
     }
 

@@ -1,6 +1,6 @@
 //! From a log to a consistent gridmap: the facade over all levels of the hierarchy of maps.
 
-pub mod atlas;
+mod atlas;
 mod config;
 mod coordinates;
 mod event;

@@ -153,14 +153,14 @@ impl Mapper {
         self.front_end.tracker.tie();
         let place = self.add_place()?;
         self.coordinates.place(place, None);
-        self.anchor(place, stamp, Isometry2::from(self.track_from_robot().rotation));
+        self.anchor(place, stamp, self.turned_like_track());
         Ok(vec![Event::PlaceAdded { place }])
     }
 
     /// The robot has gone far enough from the last place to be at another one.
     fn arrive(&mut self, stamp: f64, left: &Anchor) -> Result<Vec<Event>, MapperError> {
         // A new place takes the robot's spot as its centre and the track frame's axes as its own.
-        let place_from_robot = Isometry2::from(self.track_from_robot().rotation);
+        let place_from_robot = self.turned_like_track();
         let displacement = self.displacement(left, &place_from_robot);
         let place = self.add_place()?;
         let link = self.map.travel(left.place, place, displacement)?;
@@ -179,8 +179,10 @@ impl Mapper {
         let from_place_from_place = left.place_from_robot * travelled * place_from_robot.inverse();
         let travel = self.front_end.tracker.since_place();
         let place_from_track = left.place_from_robot.rotation.angle() - left.track_from_robot.rotation.angle();
-        let turn = (!self.front_end.tracker.has_compass())
-            .then(|| Turn { change: from_place_from_place.rotation.angle(), variance: travel.turn_variance + TURN_FLOOR });
+        let turn = (!self.front_end.tracker.has_compass()).then(|| Turn {
+            change: from_place_from_place.rotation.angle(),
+            variance: travel.turn_variance + TURN_FLOOR,
+        });
         Displacement {
             vector: from_place_from_place.translation.vector,
             covariance: travel.position_in(-place_from_track, POSITION_FLOOR),
@@ -237,6 +239,11 @@ impl Mapper {
             events.push(relaxed(self.coordinates.relax(&self.map)?));
         }
         Ok(events)
+    }
+
+    /// The robot at the centre of a place whose axes are those of the track frame.
+    fn turned_like_track(&self) -> Isometry2<f64> {
+        Isometry2::from_parts(nalgebra::Translation2::identity(), self.track_from_robot().rotation)
     }
 
     fn track_from_robot(&self) -> Isometry2<f64> {
@@ -315,8 +322,8 @@ impl Mapper {
     pub fn dead_reckoned(&self) -> Vec<Point2<f64>> {
         let mut coordinates = Coordinates::default();
         let traveled = self.map.links().iter().filter(|link| link.origin == topo_map::LinkOrigin::Traveled);
-        for place in self.map.places().first() {
-            coordinates.place(place.id, None);
+        if let Some(first) = self.map.places().first() {
+            coordinates.place(first.id, None);
         }
         for link in traveled {
             coordinates.place(link.to, Some((link.from, &link.displacement)));

@@ -208,7 +208,8 @@ fn agrees(one: &Candidate, other: &Candidate, coordinates: &Coordinates) -> bool
     let gap = here.translation.vector - there.translation.vector;
     let driven = between(one.place, other.place).translation.vector.norm()
         + between(one.known, other.known).translation.vector.norm();
-    let spread = one.displacement.covariance + other.displacement.covariance
+    let spread = one.displacement.covariance
+        + other.displacement.covariance
         + Matrix2::identity() * (0.05f64.powi(2) * driven.max(1.0));
     spread.try_inverse().is_some_and(|information| (gap.transpose() * information * gap)[0] < CHI2_99)
 }

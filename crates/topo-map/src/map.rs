@@ -286,6 +286,17 @@ impl<S> TopoMap<S> {
         Ok(())
     }
 
+    /// Replaces what a visited place is recognised by: its surroundings have been seen better since.
+    ///
+    /// # Errors
+    ///
+    /// The place does not exist or was not visited.
+    pub fn describe(&mut self, place: PlaceId, signature: S) -> Result<(), MapError> {
+        self.check_visited(place)?;
+        self.places[place.index()].state = PlaceState::Visited { signature };
+        Ok(())
+    }
+
     /// The robot has come to a visited place again.
     ///
     /// # Errors
