@@ -2,16 +2,24 @@
 
 mod link;
 mod localize;
+mod loops;
 mod map;
+mod path;
 mod place;
 mod route;
+mod signature_index;
 
 pub use link::{Displacement, DisplacementError, Link, LinkId, LinkOrigin, LinkState, Turn};
 pub use localize::{
     Belief, Hypothesis, LocalizeError, Localizer, LocalizerOptions, PlaceLikelihood, Recognition, Unsure,
 };
+pub use loops::{
+    Closure, LoopCandidate, LoopOptions, LoopPool, Reason, Verdict, largest_consistent_set, pairwise_mismatch,
+};
 pub use map::{MapError, Neighbor, TopoMap};
+pub use path::{PathError, PathTree};
 pub use place::{Place, PlaceId, PlaceState};
 pub use route::Route;
+pub use signature_index::{Found, IndexError, SignatureIndex};
 
 pub use local_grid;

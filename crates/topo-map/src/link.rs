@@ -106,6 +106,24 @@ impl Displacement {
         Isometry2::new(self.vector, self.turn.map_or(0.0, |turn| turn.change))
     }
 
+    /// This displacement and then `next`, which begins where this one ends.
+    ///
+    /// Covariances are propagated to first order; the two are taken to be independent.
+    #[must_use]
+    pub fn followed_by(&self, next: &Self) -> Self {
+        let own = self.turn.map_or(0.0, |turn| turn.change);
+        let rotation = nalgebra::Rotation2::new(own);
+        let moved = rotation * next.vector;
+        let lever = Vector2::new(-moved.y, moved.x);
+        let swing = self.turn.map_or(0.0, |turn| turn.variance) * lever * lever.transpose();
+        let covariance = self.covariance + rotation * next.covariance * rotation.transpose() + swing;
+        let turn = match (self.turn, next.turn) {
+            (Some(a), Some(b)) => Some(Turn { change: a.change + b.change, variance: a.variance + b.variance }),
+            (one, None) | (None, one) => one,
+        };
+        Self { vector: self.vector + moved, covariance, turn }
+    }
+
     /// The two measurements of the same displacement fused by inverse variance.
     ///
     /// Position and turn are fused each for itself; where only one has a turn, the other is taken to say nothing of it.

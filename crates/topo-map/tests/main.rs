@@ -2,4 +2,5 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests may fail loudly, too")]
 
 mod localize;
+mod loops;
 mod map;
