@@ -1,5 +1,5 @@
 //! One query of the signature index among 10³ to 10⁵ places; the claim is under 1 ms at 10⁵.
-#![expect(missing_docs, clippy::unwrap_used, reason = "a benchmark, made by criterion's macros")]
+#![expect(clippy::unwrap_used, reason = "a benchmark, made by criterion's macros")]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use rand::{Rng, RngExt, SeedableRng};

@@ -131,19 +131,26 @@ impl SignatureIndex {
             return Ok(best);
         }
         let (coarse, rounding) = self.rounded(descriptor);
-        let mut squares = vec![0_i32; self.len()];
-        for (square, bytes) in squares.iter_mut().zip(self.coarse.chunks_exact(self.dimensions)) {
-            *square = squared_distance(&coarse, bytes);
-        }
+        let squares: Vec<i32> =
+            self.coarse.chunks_exact(self.dimensions).map(|bytes| squared_distance(&coarse, bytes)).collect();
+        // The bytes' own favourites first, so that the bound is tight from the start.
+        let favourites = smallest(&squares);
         let mut ruled_out_above = i32::MAX;
-        for index in self.promising_first(&squares) {
-            let place = self.places[index];
-            if squares[index] > ruled_out_above || !admits(place) {
-                continue;
+        let mut consider = |index: usize, bound: &mut i32| {
+            if !admits(self.places[index]) {
+                return;
             }
-            keep(&mut best, Found { place, distance: self.distance(index, descriptor) }, count);
+            keep(&mut best, Found { place: self.places[index], distance: self.distance(index, descriptor) }, count);
             if best.len() == count {
-                ruled_out_above = self.square_bound(best[count - 1].distance + self.most_rounding + rounding);
+                *bound = self.square_bound(best[count - 1].distance + self.most_rounding + rounding);
+            }
+        };
+        for &index in &favourites {
+            consider(index, &mut ruled_out_above);
+        }
+        for (index, &square) in squares.iter().enumerate() {
+            if square <= ruled_out_above && !favourites.contains(&index) {
+                consider(index, &mut ruled_out_above);
             }
         }
         Ok(best)
@@ -156,24 +163,6 @@ impl SignatureIndex {
         #[expect(clippy::cast_possible_truncation, reason = "saturates, which rules nothing out")]
         let bound = (steps * steps).ceil() as i32;
         bound
-    }
-
-    /// All descriptors, those first that the bytes place nearest, so that the bound is tight from the start.
-    fn promising_first(&self, squares: &[i32]) -> impl Iterator<Item = usize> {
-        const HEAD: usize = 32;
-        let mut head: Vec<(i32, usize)> = Vec::with_capacity(HEAD + 1);
-        for (index, &square) in squares.iter().enumerate() {
-            if head.len() < HEAD || square < head[HEAD - 1].0 {
-                let at = head.partition_point(|&(other, _)| other <= square);
-                head.insert(at, (square, index));
-                head.truncate(HEAD);
-            }
-        }
-        let first: Vec<usize> = head.into_iter().map(|(_, index)| index).collect();
-        let mut sorted = first.clone();
-        sorted.sort_unstable();
-        let rest = (0..squares.len()).filter(move |index| sorted.binary_search(index).is_err());
-        first.into_iter().chain(rest)
     }
 
     fn distance(&self, index: usize, descriptor: &[f32]) -> f32 {
@@ -209,15 +198,35 @@ impl SignatureIndex {
     }
 }
 
-/// The squared distance of two byte vectors, written so that it compiles to vector instructions.
+/// The indices of the 32 smallest numbers, smallest first.
+fn smallest(numbers: &[i32]) -> Vec<usize> {
+    const KEPT: usize = 32;
+    let mut kept: Vec<(i32, usize)> = Vec::with_capacity(KEPT + 1);
+    let mut worst = i32::MAX;
+    for (index, &number) in numbers.iter().enumerate() {
+        if number < worst {
+            let at = kept.partition_point(|&(other, _)| other <= number);
+            kept.insert(at, (number, index));
+            kept.truncate(KEPT);
+            worst = if kept.len() == KEPT { kept[KEPT - 1].0 } else { i32::MAX };
+        }
+    }
+    kept.into_iter().map(|(_, index)| index).collect()
+}
+
+/// The squared distance of two byte vectors, in blocks of 16 so that it compiles to vector instructions.
 fn squared_distance(a: &[u8], b: &[u8]) -> i32 {
-    a.iter()
-        .zip(b)
-        .map(|(&a, &b)| {
-            let difference = i16::from(a) - i16::from(b);
-            i32::from(difference) * i32::from(difference)
-        })
-        .sum()
+    let square = |a: u8, b: u8| {
+        let difference = i16::from(a) - i16::from(b);
+        i32::from(difference) * i32::from(difference)
+    };
+    let (a_blocks, a_rest) = a.as_chunks::<16>();
+    let (b_blocks, b_rest) = b.as_chunks::<16>();
+    let mut sum = 0;
+    for (a, b) in a_blocks.iter().zip(b_blocks) {
+        sum += (0..16).map(|k| square(a[k], b[k])).sum::<i32>();
+    }
+    sum + a_rest.iter().zip(b_rest).map(|(&a, &b)| square(a, b)).sum::<i32>()
 }
 
 /// Puts `found` into the sorted list of the best, unless its place is there with a nearer descriptor already.
