@@ -1,5 +1,7 @@
 use topo_map::{LinkId, PlaceId};
 
+use crate::recognize::Closure;
+
 /// What a log entry changed in the hierarchy of maps.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -25,12 +27,8 @@ pub enum Event {
     },
     /// A resemblance was weighed and refused.
     RecognitionRefused {
-        /// The place reached now.
-        place: PlaceId,
-        /// The known place that it resembles.
-        known: PlaceId,
-        /// Why.
-        reason: String,
+        /// The two places and the reason.
+        closure: Closure,
     },
     /// The coordinates of the places changed.
     Relaxed {

@@ -1,13 +1,10 @@
-use std::sync::Arc;
-
-use nalgebra::{Isometry2, Point2};
-use robot_log::local_grid::{
-    FrameError, Fuzzy, LaserRay, Scan, SensorKind, Signature, SignatureOptions, SonarCone, WorkingGrid,
-    WorkingGridOptions,
-};
+use nalgebra::Isometry2;
+use robot_log::local_grid::{LocalMapError, Scan, SensorKind};
 use robot_log::{Entry, EntryKind};
 
+use crate::HeadingMode;
 use crate::config::Config;
+use crate::laser::LaserTrack;
 use crate::tracker::Tracker;
 use crate::trajectory::Sample;
 
@@ -15,10 +12,9 @@ use crate::trajectory::Sample;
 #[derive(Debug)]
 pub(crate) struct FrontEnd {
     pub(crate) tracker: Tracker,
-    working: WorkingGrid<Fuzzy>,
-    sonar: SonarCone,
-    laser: LaserRay,
-    signature: SignatureOptions,
+    /// The scans that hold the pose, once a precise sensor has spoken; never where odometry alone is asked for.
+    laser_track: Option<LaserTrack>,
+    scans_may_hold: bool,
     odom_from_robot: Isometry2<f64>,
 }
 
@@ -33,29 +29,35 @@ pub(crate) enum Sensed {
     Scan(Sample),
 }
 
+/// Why a scan cannot be drawn.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SenseError {
+    /// The robot left the plane that a map of walls can cover.
+    #[error("map of walls: {0}")]
+    LocalMap(#[from] LocalMapError),
+}
+
 impl FrontEnd {
     pub(crate) fn new(config: &Config) -> Self {
         Self {
             tracker: Tracker::new(config),
-            working: new_window(),
-            sonar: SonarCone::default(),
-            laser: LaserRay::default(),
-            signature: SignatureOptions::default(),
+            laser_track: None,
+            scans_may_hold: config.heading.source != HeadingMode::Odometry,
             odom_from_robot: Isometry2::identity(),
         }
     }
 
     /// Follows one entry.
-    pub(crate) fn observe(&mut self, entry: &Entry) -> Result<Sensed, FrameError> {
+    pub(crate) fn observe(&mut self, entry: &Entry) -> Result<Sensed, SenseError> {
         match &entry.kind {
             EntryKind::Odometry { odom_from_robot } => {
                 self.follow(*odom_from_robot);
                 Ok(Sensed::Nothing)
             }
-            EntryKind::Heading { heading, deviation } => Ok(self
-                .tracker
-                .observe_heading(*heading, *deviation)
-                .map_or(Sensed::Nothing, |turn| self.turn_frame(turn))),
+            EntryKind::Heading { heading, deviation } => {
+                Ok(self.tracker.observe_heading(*heading, *deviation).map_or(Sensed::Nothing, Sensed::FrameTurned))
+            }
             EntryKind::Scan { odom_from_robot, scan } => {
                 if let Some(odom_from_robot) = odom_from_robot {
                     self.follow(*odom_from_robot);
@@ -71,18 +73,20 @@ impl FrontEnd {
         self.tracker.follow(odom_from_robot);
     }
 
-    /// What was drawn in the old orientation is of no use in the new one.
-    fn turn_frame(&mut self, turn: Isometry2<f64>) -> Sensed {
-        self.working = new_window();
-        Sensed::FrameTurned(turn)
+    /// Whether scans hold the robot's pose.
+    pub(crate) fn is_held_by_scans(&self) -> bool {
+        self.laser_track.is_some()
     }
 
-    fn sense(&mut self, stamp: f64, scan: &Scan) -> Result<Sample, FrameError> {
-        let track_from_robot = self.tracker.track_from_robot();
-        match scan.sensor().kind() {
-            SensorKind::Sonar => self.working.integrate(&self.sonar, &track_from_robot, scan)?,
-            SensorKind::Laser | SensorKind::Infrared => self.working.integrate(&self.laser, &track_from_robot, scan)?,
+    fn sense(&mut self, stamp: f64, scan: &Scan) -> Result<Sample, SenseError> {
+        if scan.sensor().kind() == SensorKind::Laser && self.scans_may_hold {
+            let predicted = self.tracker.track_from_robot();
+            let found = self.laser_track.get_or_insert_with(LaserTrack::new).follow(&predicted, scan)?;
+            if let Some(found) = found {
+                self.tracker.correct(&found);
+            }
         }
+        let track_from_robot = self.tracker.track_from_robot();
         Ok(Sample {
             stamp,
             track_from_robot,
@@ -91,13 +95,4 @@ impl FrontEnd {
             scan: scan.clone(),
         })
     }
-
-    /// What the surroundings of a point of the track frame look like now, with that point as origin.
-    pub(crate) fn signature(&self, track_from_place: Point2<f64>) -> Arc<Signature> {
-        Arc::new(self.working.signature(track_from_place, &self.signature))
-    }
-}
-
-fn new_window() -> WorkingGrid<Fuzzy> {
-    WorkingGrid::new(&WorkingGridOptions::default(), Point2::origin()).expect("the default window is a frame")
 }

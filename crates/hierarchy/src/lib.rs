@@ -5,10 +5,12 @@ mod config;
 mod coordinates;
 mod event;
 mod front_end;
+mod laser;
 mod mapper;
 mod metrics;
 mod reach;
 mod recognize;
+mod sight;
 mod tally;
 mod tracker;
 mod trajectory;
@@ -20,11 +22,13 @@ pub use config::{
 };
 pub use coordinates::{Coordinates, Relaxation};
 pub use event::Event;
+pub use front_end::SenseError;
 pub use mapper::{Mapper, MapperError};
 pub use metrics::{
     GridMetrics, LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RegionMetrics, RelaxationMetrics, Timings,
     TruthMetrics,
 };
+pub use recognize::{Closure, Verdict};
 pub use tally::Tally;
 pub use tracker::{Tracker, Travel};
 pub use trajectory::{Anchor, Sample, Trajectory};

@@ -8,8 +8,9 @@ use topo_map::{Displacement, PlaceId, TopoMap, Turn};
 use crate::config::{Config, ConfigError, RelaxationPolicy};
 use crate::coordinates::{Coordinates, Relaxation};
 use crate::event::Event;
-use crate::front_end::{FrontEnd, Sensed};
+use crate::front_end::{FrontEnd, SenseError, Sensed};
 use crate::recognize::{Closure, Recognizer, Verdict};
+use crate::sight::Sight;
 use crate::tally::Tally;
 use crate::trajectory::{Anchor, Sample, Trajectory};
 
@@ -31,6 +32,7 @@ use crate::trajectory::{Anchor, Sample, Trajectory};
 pub struct Mapper {
     config: Config,
     front_end: FrontEnd,
+    sight: Sight,
     trajectory: Trajectory,
     map: TopoMap<Arc<Signature>>,
     coordinates: Coordinates,
@@ -61,9 +63,12 @@ pub enum MapperError {
         /// What is not finite.
         what: &'static str,
     },
-    /// The robot left the plane that a grid can cover.
-    #[error("working grid: {0}")]
-    WorkingGrid(#[from] FrameError),
+    /// A scan cannot be drawn.
+    #[error(transparent)]
+    Sense(#[from] SenseError),
+    /// A place lies where no grid can.
+    #[error("signature: {0}")]
+    Signature(#[from] FrameError),
     /// The topological level refused a step.
     #[error("topological map: {0}")]
     Topology(#[from] topo_map::MapError),
@@ -85,6 +90,7 @@ impl Mapper {
         config.check()?;
         Ok(Self {
             front_end: FrontEnd::new(&config),
+            sight: Sight::default(),
             trajectory: Trajectory::default(),
             map: TopoMap::new(),
             coordinates: Coordinates::default(),
@@ -120,6 +126,8 @@ impl Mapper {
     /// As [`Mapper::push`].
     pub fn finish(&mut self) -> Result<Vec<Event>, MapperError> {
         let mut events = self.complete_place()?;
+        let refused = self.recognizer.finish(&self.coordinates);
+        events.extend(self.close(refused)?);
         if self.config.relaxation.policy == RelaxationPolicy::Converge && !self.map.places().is_empty() {
             let relaxation = self.coordinates.relax(&self.map)?;
             events.push(relaxed(relaxation));
@@ -190,9 +198,18 @@ impl Mapper {
         }
     }
 
+    /// A new place, recognised by what was seen on the way to it until more of it is seen.
     fn add_place(&mut self) -> Result<PlaceId, MapperError> {
         let here = self.track_from_robot().translation.vector.into();
-        Ok(self.map.add_place(self.front_end.signature(here))?)
+        let signature = self.sight.signature(here, self.seen_since(self.front_end.tracker.travelled()))?;
+        Ok(self.map.add_place(signature)?)
+    }
+
+    /// The scans taken since the robot had `travelled` so far, less one spacing: those that show the place where it was.
+    fn seen_since(&self, travelled: f64) -> &[Sample] {
+        let samples = self.trajectory.samples();
+        let start = travelled - self.config.places.spacing_m;
+        &samples[samples.partition_point(|sample| sample.travelled < start)..]
     }
 
     fn anchor(&mut self, place: PlaceId, stamp: f64, place_from_robot: Isometry2<f64>) {
@@ -211,7 +228,8 @@ impl Mapper {
     fn complete_place(&mut self) -> Result<Vec<Event>, MapperError> {
         let Some(anchor) = self.trajectory.anchors().last().copied() else { return Ok(Vec::new()) };
         let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
-        let signature = self.front_end.signature(track_from_place.translation.vector.into());
+        let seen = self.seen_since(anchor.travelled);
+        let signature = self.sight.signature(track_from_place.translation.vector.into(), seen)?;
         self.map.describe(anchor.place, signature)?;
         if !self.config.recognition.enabled {
             return Ok(Vec::new());
@@ -223,22 +241,25 @@ impl Mapper {
     /// Turns what the recognizer decided into links, and relaxes if a loop was closed.
     fn close(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
         let mut events = Vec::new();
-        let mut closed = false;
         for closure in closures {
-            let (place, known) = (closure.place, closure.known);
-            match closure.verdict {
-                Verdict::Accepted => {
-                    let link = self.map.recognize(known, place, closure.displacement)?;
-                    events.push(Event::PlaceRecognized { place, known, link });
-                    closed = true;
-                }
-                Verdict::Refused(reason) => events.push(Event::RecognitionRefused { place, known, reason }),
+            if matches!(closure.verdict, Verdict::Accepted { .. }) {
+                let link = self.map.recognize(closure.place, closure.known, closure.displacement)?;
+                events.push(Event::PlaceRecognized { place: closure.place, known: closure.known, link });
+            } else {
+                events.push(Event::RecognitionRefused { closure });
             }
         }
+        let closed = events.iter().any(|event| matches!(event, Event::PlaceRecognized { .. }));
         if closed && self.config.relaxation.policy == RelaxationPolicy::Converge {
             events.push(relaxed(self.coordinates.relax(&self.map)?));
         }
         Ok(events)
+    }
+
+    /// Every resemblance that was weighed, in the order of the decisions.
+    #[must_use]
+    pub fn closures(&self) -> &[Closure] {
+        self.recognizer.closures()
     }
 
     /// The robot at the centre of a place whose axes are those of the track frame.
@@ -280,10 +301,14 @@ impl Mapper {
         &self.tally
     }
 
-    /// Where headings came from so far: `compass` or `odometry`.
+    /// Where headings came from so far: `compass`, `structure` (the fit of successive scans) or `odometry`.
     #[must_use]
     pub fn heading_source(&self) -> &'static str {
-        if self.front_end.tracker.has_compass() { "compass" } else { "odometry" }
+        match (self.front_end.tracker.has_compass(), self.front_end.is_held_by_scans()) {
+            (true, _) => "compass",
+            (false, true) => "structure",
+            (false, false) => "odometry",
+        }
     }
 
     /// The robot in the map at every sample of the trajectory.

@@ -1,5 +1,5 @@
 use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
-use robot_log::local_grid::Heading;
+use robot_log::local_grid::{Heading, Match};
 
 use crate::{HeadingMode, config::Config};
 
@@ -182,12 +182,18 @@ impl Tracker {
         None
     }
 
-    /// Replaces the pose by one that scans confirm: `track_from_robot` with its covariance (x, y in the track
-    /// frame, heading) since the last place.
-    pub fn correct(&mut self, track_from_robot: Isometry2<f64>, since_place: Matrix3<f64>) {
-        self.track_from_robot = track_from_robot;
-        self.since_place.position = since_place.fixed_view::<2, 2>(0, 0).into_owned();
-        self.since_place.turn_variance = since_place[(2, 2)];
+    /// Replaces the pose by the one at which a scan fits its surroundings.
+    ///
+    /// What was gathered since the last place is fused with the covariance of the fit, which counts twice because the
+    /// place was left with a fit of its own. Along an axis of which the scan says nothing odometry keeps its word.
+    pub fn correct(&mut self, found: &Match) {
+        self.track_from_robot = found.map_from_robot;
+        let information = |covariance: Matrix3<f64>| (covariance + Matrix3::identity() * 1e-10).try_inverse();
+        let sum = information(self.since_place.covariance()).zip(information(found.covariance * 2.0));
+        let Some(fused) = sum.and_then(|(dead, fit)| (dead + fit).try_inverse()) else { return };
+        self.since_place.position = fused.fixed_view::<2, 2>(0, 0).into_owned();
+        self.since_place.turn_variance = fused[(2, 2)];
+        self.heading_variance = self.heading_variance.min(fused[(2, 2)]);
     }
 }
 
