@@ -122,8 +122,8 @@ const STRETCH: usize = 10;
 const ALIGNMENT_FLOOR: f64 = 0.12;
 /// 99 % of the χ² distribution with two degrees of freedom.
 const CHI2_99: f64 = 9.21;
-/// Log odds against chance from which a shift is believed: one in a thousand.
-const BELIEVED: f64 = 6.9;
+/// Log odds against chance from which a shift is believed: one in a hundred.
+const BELIEVED: f64 = 4.6;
 /// Log odds by which it must beat any other shift: one in twenty.
 const CLEAR: f64 = 3.0;
 /// Shifts closer than this are the same, in metres.
@@ -231,7 +231,7 @@ impl Recognizer {
     fn decide(&mut self, coordinates: &Coordinates) -> Vec<Closure> {
         let mut hypotheses = self.hypotheses(coordinates);
         hypotheses.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-        let Some(best) = hypotheses.first().cloned() else { return Vec::new() };
+        let Some(best) = hypotheses.first().map(|best| self.refined(best, coordinates)) else { return Vec::new() };
         for &(view, _) in &best.agreeing {
             self.stretch[view].most_agreed = self.stretch[view].most_agreed.max(best.agreeing.len());
         }
@@ -265,6 +265,23 @@ impl Recognizer {
         });
         let proposals: Vec<Vector2<f64>> = proposals.collect();
         proposals.into_iter().map(|shift| self.judge(shift, coordinates)).collect()
+    }
+
+    /// The shift that the agreeing views mean together, if it explains the stretch better than that of one view.
+    fn refined(&self, best: &Hypothesis, coordinates: &Coordinates) -> Hypothesis {
+        let (mut information, mut sum) = (Matrix2::zeros(), Vector2::zeros());
+        for &(view, likeness) in &best.agreeing {
+            let view = &self.stretch[view];
+            let likeness = &view.likenesses[likeness];
+            let Some(measured) = &likeness.displacement else { continue };
+            let (own, covariance) = shift(view.place, likeness.known, measured, coordinates);
+            let weight = covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
+            information += weight;
+            sum += weight * own;
+        }
+        let mean = information.try_inverse().map_or(best.shift, |covariance| covariance * sum);
+        let refined = self.judge(mean, coordinates);
+        if refined.log_odds > best.log_odds { refined } else { best.clone() }
     }
 
     fn judge(&self, proposed: Vector2<f64>, coordinates: &Coordinates) -> Hypothesis {
