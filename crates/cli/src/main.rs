@@ -7,7 +7,12 @@ mod exit;
 mod failure;
 mod files;
 mod input;
+mod memory;
+mod output;
 mod progress;
+mod render;
+mod run_folder;
+mod summary;
 
 use std::process::ExitCode;
 

@@ -11,9 +11,11 @@ mod metrics;
 mod reach;
 mod recognize;
 mod sight;
+mod summary;
 mod tally;
 mod tracker;
 mod trajectory;
+mod truth;
 
 pub use atlas::{Atlas, AtlasLink, AtlasPlace};
 pub use config::{
@@ -32,6 +34,7 @@ pub use recognize::{Closure, Verdict};
 pub use tally::Tally;
 pub use tracker::{Tracker, Travel};
 pub use trajectory::{Anchor, Sample, Trajectory};
+pub use truth::Truth;
 
 pub use global_grid;
 pub use region_map;

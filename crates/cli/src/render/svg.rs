@@ -115,7 +115,14 @@ pub(crate) fn panels(drawings: &[(String, Drawing)], style: &str) -> String {
 fn scale_bar(width: f64) -> f64 {
     let power = 10f64.powf((width / 5.0).log10().floor());
     let digit = width / 5.0 / power;
-    power * if digit < 2.0 { 1.0 } else if digit < 5.0 { 2.0 } else { 5.0 }
+    power
+        * if digit < 2.0 {
+            1.0
+        } else if digit < 5.0 {
+            2.0
+        } else {
+            5.0
+        }
 }
 
 fn tooltip(title: &str) -> String {

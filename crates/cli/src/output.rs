@@ -1,0 +1,72 @@
+use std::io::{self, Write};
+
+use hierarchy::Mapper;
+use nalgebra::Isometry2;
+
+use crate::commands::run::Finished;
+use crate::failure::Failure;
+use crate::render::topology;
+use crate::run_folder::RunFolder;
+
+/// Writes everything that a finished map holds, except its metrics, which know how long this took.
+pub(crate) fn write(folder: &mut RunFolder, finished: &Finished) -> Result<(), Failure> {
+    let Finished { mapper, gridmap, .. } = finished;
+    write_map(folder, finished)?;
+    let atlas = mapper.atlas();
+    folder.write("map.png", "the gridmap to look at: empty, occupied, contradictory, unexplored", |out| {
+        global_grid::write_picture(gridmap, out).map_err(io::Error::other)
+    })?;
+    folder.write("topology.svg", "the topological map before and after relaxation", |out| {
+        out.write_all(topology::before_and_after(&atlas).as_bytes())
+    })?;
+    folder.write("topology.g2o", "the same as a graph of places and links", |mut out| {
+        relaxation::g2o::write(&mapper.graph(), &mut out).map_err(io::Error::other)
+    })?;
+    let stamped = || mapper.trajectory().samples().iter().map(|sample| sample.stamp);
+    folder
+        .write("trajectory.tum", "the robot's path in the map", |out| write_tum(out, stamped().zip(mapper.poses())))?;
+    folder.write("odometry.tum", "the path as the raw odometry has it", |out| {
+        let raw = mapper.trajectory().samples().iter().map(|sample| sample.odom_from_robot);
+        write_tum(out, stamped().zip(raw))
+    })?;
+    folder.write("loops.csv", "every closure that was weighed, and why it holds or not", |out| {
+        write_loops(out, mapper)
+    })?;
+    folder
+        .write("config.toml", "the effective configuration", |out| out.write_all(mapper.config().to_toml().as_bytes()))
+}
+
+/// The pair of files that a map server reads, checked by reading them back.
+fn write_map(folder: &mut RunFolder, finished: &Finished) -> Result<(), Failure> {
+    let crisp = global_grid::occupancy(&finished.gridmap, &global_grid::CrispOptions::default());
+    folder.write("map.pgm", "the gridmap for a map server", |mut out| {
+        global_grid::map_server::write_pgm(&crisp, &mut out)
+    })?;
+    let metadata = global_grid::map_server::MapMetadata::new("map.pgm", crisp.frame());
+    folder.write("map.yaml", "its frame and thresholds", |mut out| {
+        global_grid::map_server::write_yaml(&metadata, &mut out)
+    })
+}
+
+/// A trajectory as `stamp x y z qx qy qz qw`, seconds and metres.
+fn write_tum(out: &mut dyn Write, poses: impl Iterator<Item = (f64, Isometry2<f64>)>) -> io::Result<()> {
+    for (stamp, pose) in poses {
+        let (at, half) = (pose.translation.vector, 0.5 * pose.rotation.angle());
+        writeln!(out, "{stamp:.6} {:.6} {:.6} 0 0 0 {:.9} {:.9}", at.x, at.y, half.sin(), half.cos())?;
+    }
+    Ok(())
+}
+
+fn write_loops(out: &mut dyn Write, mapper: &Mapper) -> io::Result<()> {
+    writeln!(out, "place,known,dx_m,dy_m,shift_m,score,accepted,reason")?;
+    for closure in mapper.closures() {
+        let vector = closure.displacement.vector;
+        let accepted = matches!(closure.verdict, hierarchy::Verdict::Accepted { .. });
+        writeln!(
+            out,
+            "{},{},{:.3},{:.3},{:.3},{:.3},{accepted},\"{}\"",
+            closure.place.0, closure.known.0, vector.x, vector.y, closure.shift, closure.score, closure.verdict
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,2 @@
+pub(crate) mod svg;
+pub(crate) mod topology;

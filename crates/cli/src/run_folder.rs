@@ -1,0 +1,69 @@
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::files;
+
+/// The folder that a run fills; every file is written whole or not at all.
+#[derive(Debug)]
+pub(crate) struct RunFolder {
+    path: PathBuf,
+    written: Vec<Written>,
+}
+
+/// A file of the run.
+#[derive(Debug, Clone)]
+pub(crate) struct Written {
+    pub(crate) name: &'static str,
+    pub(crate) holds: &'static str,
+}
+
+impl RunFolder {
+    /// The folder `path`, or `runs/NAME` with a number behind it where one of that name exists; never one that
+    /// something is in already, unless `force` is set.
+    pub(crate) fn create(path: Option<&Path>, name: &str, force: bool) -> Result<Self, Failure> {
+        let path = match path {
+            Some(path) if force || is_free(path) => path.to_owned(),
+            Some(path) => {
+                let message = format!("could not write into {}: the folder holds another run", path.display());
+                return Err(Failure::new(Exit::Usage, "run.folder", message).help("choose another --out, or --force"));
+            }
+            None if force => Path::new("runs").join(name),
+            None => free_name(&Path::new("runs").join(name)),
+        };
+        std::fs::create_dir_all(&path).map_err(|error| Failure::writing(&path, &error))?;
+        Ok(Self { path, written: Vec::new() })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(crate) fn written(&self) -> &[Written] {
+        &self.written
+    }
+
+    /// Writes one file of the run, and remembers what it holds.
+    pub(crate) fn write(
+        &mut self,
+        name: &'static str,
+        holds: &'static str,
+        content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        let path = self.path.join(name);
+        files::write(&path, true, content).map_err(|error| Failure::writing(&path, &error))?;
+        self.written.push(Written { name, holds });
+        Ok(())
+    }
+}
+
+fn is_free(path: &Path) -> bool {
+    std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none()) || !path.exists()
+}
+
+/// `path` itself, or with the first number behind it that is not taken.
+fn free_name(path: &Path) -> PathBuf {
+    let numbered = (2..).map(|number| PathBuf::from(format!("{}-{number}", path.display())));
+    std::iter::once(path.to_owned()).chain(numbered).find(|path| is_free(path)).unwrap_or_else(|| path.to_owned())
+}

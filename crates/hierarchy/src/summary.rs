@@ -1,0 +1,150 @@
+use nalgebra::{Matrix2, Point2};
+use relaxation::g2o::{Graph, PointEdge, PointVertex, PoseEdge, PoseVertex};
+use relaxation::{Direct, Pose, Solver};
+use topo_map::{Link, LinkOrigin, LinkState};
+
+use crate::atlas::{Atlas, AtlasLink, AtlasPlace};
+use crate::config::RelaxationPolicy;
+use crate::mapper::{Mapper, MapperError};
+use crate::metrics::{LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RelaxationMetrics};
+
+impl Mapper {
+    /// The topological map with its coordinates, as pictures, tables and exports need it.
+    #[must_use]
+    pub fn atlas(&self) -> Atlas {
+        let (map, coordinates) = (self.topology(), self.coordinates());
+        let before = self.dead_reckoned();
+        let place = |place: &topo_map::Place<_>| {
+            let map_from_place = coordinates.map_from_place(place.id);
+            AtlasPlace {
+                id: place.id,
+                name: None,
+                visited: place.is_visited(),
+                visits: place.visits,
+                position: map_from_place.translation.vector.into(),
+                heading: map_from_place.rotation.angle(),
+                dead_reckoned: before.get(place.id.index()).copied().unwrap_or_else(Point2::origin),
+                ellipse: None,
+            }
+        };
+        Atlas {
+            places: map.places().iter().map(place).collect(),
+            links: map.links().iter().map(|link| self.atlas_link(link)).collect(),
+        }
+    }
+
+    fn atlas_link(&self, link: &Link) -> AtlasLink {
+        let from = self.coordinates().map_from_place(link.from);
+        let step = self.coordinates().map_from_place(link.to).translation.vector - from.translation.vector;
+        // A link without a turn is a vector in the map's axes, one with a turn in those of its first place.
+        let seen = if link.displacement.turn.is_some() { from.rotation.inverse() * step } else { step };
+        let off = seen - link.displacement.vector;
+        let information = link.displacement.covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
+        AtlasLink {
+            id: link.id,
+            from: link.from.index(),
+            to: link.to.index(),
+            origin: link.origin,
+            state: link.state,
+            length: link.distance(),
+            residual: off.norm(),
+            residual_sigma: (off.transpose() * information * off)[0].sqrt(),
+            traversals: link.traversals,
+        }
+    }
+
+    /// The figures of the levels up to the coordinates; those of the gridmap and of time are the caller's to fill in.
+    ///
+    /// # Errors
+    ///
+    /// Links that cannot be relaxed.
+    pub fn metrics(&self) -> Result<Metrics, MapperError> {
+        let (map, tally) = (self.topology(), self.tally());
+        let links = |wanted: fn(&Link) -> bool| map.links().iter().filter(|link| wanted(link)).count();
+        let accepted = |link: &Link| link.origin == LinkOrigin::Recognized && link.state != LinkState::Rejected;
+        let recognized = links(accepted);
+        Ok(Metrics {
+            schema: METRICS_SCHEMA.into(),
+            log: LogMetrics {
+                entries: tally.entries,
+                scans: tally.scans,
+                readings: tally.readings,
+                path_length_m: tally.path_length,
+                duration_s: tally.duration(),
+                heading_source: self.heading_source().into(),
+                skipped: 0,
+            },
+            places: map.n_visited(),
+            predicted_places: map.n_predicted(),
+            links: LinkMetrics {
+                traveled: links(|link| link.origin == LinkOrigin::Traveled),
+                recognized,
+                rejected: self.closures().len() - recognized.min(self.closures().len()),
+            },
+            relaxation: self.relaxation_metrics()?,
+            ..Metrics::default()
+        })
+    }
+
+    /// Energies before, after and at the optimum; the optimum is a direct solution of its own, so that it checks the
+    /// relaxation.
+    fn relaxation_metrics(&self) -> Result<RelaxationMetrics, MapperError> {
+        let network = self.coordinates().network(self.topology())?;
+        let (before, after) = (self.dead_reckoned(), self.coordinates().positions());
+        if before.len() != network.len() || after.len() != network.len() {
+            return Ok(RelaxationMetrics::default()); // nothing has been placed yet
+        }
+        let (energy_before, energy_after) = (network.energy(&before), network.energy(&after));
+        let energy_optimum = Direct.solve(&network, &after).energy;
+        let shift = before.iter().zip(&after).map(|(from, to)| (to - from).norm()).fold(0.0, f64::max);
+        let excess = energy_after - energy_optimum;
+        let solver = match self.config().relaxation.policy {
+            RelaxationPolicy::Converge => "direct",
+            RelaxationPolicy::OneSweep => "gauss-seidel, one sweep per place",
+        };
+        Ok(RelaxationMetrics {
+            energy_before,
+            energy_after,
+            energy_optimum,
+            relative_gap: if energy_before > 0.0 { excess / energy_before } else { 0.0 },
+            sweeps: self.coordinates().sweeps(),
+            solver: solver.into(),
+            max_shift_m: shift,
+        })
+    }
+
+    /// The places and measured links as a g2o graph: positions alone where a compass holds the headings, else poses.
+    #[must_use]
+    pub fn graph(&self) -> Graph {
+        let (map, coordinates) = (self.topology(), self.coordinates());
+        let mut graph = Graph::default();
+        let turns = map.links().iter().any(|link| link.displacement.turn.is_some());
+        for place in map.places() {
+            let id = u64::from(place.id.0);
+            let pose = coordinates.map_from_place(place.id);
+            let at = pose.translation.vector;
+            if turns {
+                graph.poses.push(PoseVertex { id, pose: Pose::new(at.x, at.y, pose.rotation.angle()) });
+            } else {
+                graph.points.push(PointVertex { id, position: at.into() });
+            }
+        }
+        for link in map.links().iter().filter(|link| link.is_measured()) {
+            let (from, to) = (u64::from(link.from.0), u64::from(link.to.0));
+            let vector = link.displacement.vector;
+            let Some(i) = link.displacement.covariance.try_inverse() else { continue };
+            let information = [i[(0, 0)], i[(0, 1)], i[(1, 1)]];
+            match link.displacement.turn {
+                Some(turn) => graph.pose_edges.push(PoseEdge {
+                    from,
+                    to,
+                    from_to: Pose::new(vector.x, vector.y, turn.change),
+                    information: [information[0], information[1], 0.0, information[2], 0.0, 1.0 / turn.variance],
+                }),
+                None => graph.point_edges.push(PointEdge { from, to, displacement: vector, information }),
+            }
+        }
+        graph.fixed.extend(map.places().first().map(|place| u64::from(place.id.0)));
+        graph
+    }
+}
