@@ -2,6 +2,8 @@
 
 mod carmen;
 mod clock;
+mod csv;
+mod description;
 mod entry;
 mod error;
 mod lines;
@@ -14,6 +16,8 @@ mod write;
 
 pub use carmen::{CarmenOptions, CarmenReader};
 pub use clock::Clock;
+pub use csv::CsvReader;
+pub use description::{DescriptionError, OdometryNoise, RobotDescription};
 pub use entry::{Entry, EntryKind};
 pub use error::{Excerpt, LogError, LogErrorKind};
 pub use open::{Input, LogReader, ReadOptions, open_log};

@@ -1,6 +1,8 @@
 use std::io::{self, BufRead, Read};
 
 use crate::carmen::{CarmenOptions, CarmenReader};
+use crate::csv::{CsvReader, is_about};
+use crate::description::RobotDescription;
 use crate::entry::Entry;
 use crate::error::{LogError, LogErrorKind};
 use crate::merge::Merge;
@@ -49,6 +51,8 @@ impl BufRead for Input {
 pub struct ReadOptions {
     /// What CARMEN logs leave open, and whether faulty lines are left out (of any log).
     pub carmen: CarmenOptions,
+    /// The robot whose tables of numbers the files are; CARMEN logs need none.
+    pub robot: Option<RobotDescription>,
 }
 
 /// A log of any kind that this crate reads, as a stream of entries in the order of their stamps.
@@ -64,6 +68,7 @@ pub struct LogReader {
 #[derive(Debug)]
 pub(crate) enum Stream {
     Carmen(CarmenReader<Input>),
+    Csv(CsvReader<Input>),
 }
 
 /// Opens a log that may consist of several `inputs`; the first bytes of each tell what it is.
@@ -75,13 +80,29 @@ pub fn open_log(inputs: Vec<Input>, options: &ReadOptions) -> Result<LogReader, 
     if inputs.is_empty() {
         return Err(LogError::whole("log", LogErrorKind::Empty));
     }
-    let open = |input: Input| {
+    let files = in_order(inputs, options.robot.as_ref()).into_iter();
+    let files = files.map(|input| Stream::open(input, options)).collect::<Result<_, _>>()?;
+    Ok(LogReader { files: Merge::new(files), done: false })
+}
+
+/// At equal stamps odometry must come before scans: the files in the order in which the description names them.
+fn in_order(mut inputs: Vec<Input>, robot: Option<&RobotDescription>) -> Vec<Input> {
+    if let Some(robot) = robot {
+        inputs.sort_by_key(|input| robot.tables().iter().position(|table| is_about(table, &input.name)));
+    }
+    inputs
+}
+
+impl Stream {
+    fn open(input: Input, options: &ReadOptions) -> Result<Self, LogError> {
         let name = input.name.clone();
         let Source { reader, head } = Source::new(&name, input)?;
-        CarmenReader::from_source(name, reader, &head, options.carmen.clone()).map(Stream::Carmen)
-    };
-    let files = inputs.into_iter().map(open).collect::<Result<_, _>>()?;
-    Ok(LogReader { files: Merge::new(files), done: false })
+        match &options.robot {
+            Some(_) if head.contains(&0) => Err(LogError::whole(name, LogErrorKind::Binary)),
+            Some(robot) => CsvReader::from_source(name, reader, robot, options.carmen.lenient).map(Self::Csv),
+            None => CarmenReader::from_source(name, reader, &head, options.carmen.clone()).map(Self::Carmen),
+        }
+    }
 }
 
 impl LogReader {
@@ -89,6 +110,7 @@ impl LogReader {
     pub fn reports(&self) -> impl Iterator<Item = &LogReport> {
         self.files.streams().map(|stream| match stream {
             Stream::Carmen(reader) => reader.report(),
+            Stream::Csv(reader) => reader.report(),
         })
     }
 }
@@ -112,6 +134,7 @@ impl Iterator for Stream {
     fn next(&mut self) -> Option<Self::Item> {
         match self {
             Self::Carmen(reader) => reader.next(),
+            Self::Csv(reader) => reader.next(),
         }
     }
 }

@@ -7,7 +7,9 @@
 )]
 
 mod carmen;
+mod csv;
 mod damage;
+mod described;
 mod recorded;
 mod round_trip;
 

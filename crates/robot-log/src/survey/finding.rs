@@ -32,7 +32,7 @@ pub enum Finding {
     Deaf {
         /// The sensor.
         sensor: String,
-        /// The share of its readings that are echoes.
+        /// The share of its measurements that are echoes.
         echo_share: f64,
     },
     /// Many readings of the sensor are no measurement.
@@ -68,7 +68,11 @@ impl fmt::Display for Finding {
             Self::Gap { seconds, stamp } => write!(f, "nothing was logged for {seconds:.1} s before stamp {stamp:.3}"),
             Self::Leap { metres, stamp } => write!(f, "the odometry leaps by {metres:.2} m at stamp {stamp:.3}"),
             Self::Deaf { sensor, echo_share } => {
-                write!(f, "`{sensor}` hears hardly anything: {:.1} % of its readings are echoes", 100.0 * echo_share)
+                write!(
+                    f,
+                    "`{sensor}` hears hardly anything: {:.1} % of its measurements are echoes",
+                    100.0 * echo_share
+                )
             }
             Self::Invalid { sensor, share } => {
                 write!(f, "{:.1} % of the readings of `{sensor}` are no measurement", 100.0 * share)
@@ -86,7 +90,7 @@ impl Finding {
     /// Whether a map made in spite of it can hardly be right; the others are worth knowing only.
     #[must_use]
     pub fn is_grave(&self) -> bool {
-        !matches!(self, Self::Held { .. } | Self::Gap { .. } | Self::NoClock)
+        !matches!(self, Self::Held { .. } | Self::Gap { .. } | Self::NoClock | Self::Invalid { .. })
     }
 }
 
@@ -103,7 +107,8 @@ impl Survey {
         note(metres > 2.0 + 3.0 * self.longest_gap.0.min(2.0), Finding::Leap { metres, stamp });
         for survey in &self.sensors {
             let sensor = survey.sensor.name().to_owned();
-            let (echo_share, invalid) = (survey.echo_share(), survey.invalid_share());
+            let (echo_share, invalid) =
+                (survey.echo_share() / (1.0 - survey.invalid_share()).max(1e-9), survey.invalid_share());
             note(echo_share < 0.02, Finding::Deaf { sensor: sensor.clone(), echo_share });
             note(invalid > 0.5 && echo_share >= 0.02, Finding::Invalid { sensor, share: invalid });
         }
