@@ -2,9 +2,10 @@ use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use robot_log::{CarmenOptions, Clock, Input, LogReader, LogReport, ReadOptions, open_log};
+use robot_log::{CarmenOptions, Clock, Input, LogReader, LogReport, ReadOptions, RobotDescription, open_log};
 
 use crate::context::Context;
+use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
 
@@ -21,6 +22,10 @@ pub(crate) struct LogArgs {
 /// How to read a log.
 #[derive(Debug, Args)]
 pub(crate) struct ReadingArgs {
+    /// The robot whose tables of numbers the files are: a TOML file, or one of bigwheel, cas, coreslam, ring8, roombot3,
+    /// rover2016, rover2017, scitos24, wean, zumo3
+    #[arg(long, value_name = "FILE|NAME", help_heading = "Reading")]
+    pub(crate) robot: Option<String>,
     /// Leave faulty lines out; they are counted and reported
     #[arg(long, help_heading = "Reading")]
     pub(crate) lenient: bool,
@@ -49,14 +54,15 @@ pub(crate) enum ClockChoice {
 impl LogArgs {
     /// Opens the log.
     pub(crate) fn open(&self) -> Result<LogReader, Failure> {
-        let inputs = self.logs.iter().map(|path| input(path)).collect::<Result<_, Failure>>()?;
-        Ok(open_log(inputs, &self.reading.options())?)
+        open(&self.logs, &self.reading)
     }
+}
 
-    /// Opens a log of one file.
-    pub(crate) fn open_one(path: &Path, reading: &ReadingArgs) -> Result<LogReader, Failure> {
-        Ok(open_log(vec![input(path)?], &reading.options())?)
-    }
+/// Opens the log that consists of the files `logs`.
+pub(crate) fn open(logs: &[PathBuf], reading: &ReadingArgs) -> Result<LogReader, Failure> {
+    let options = reading.options()?;
+    let inputs = logs.iter().map(|path| input(path)).collect::<Result<_, Failure>>()?;
+    Ok(open_log(inputs, &options)?)
 }
 
 /// The file, or standard input for `-`.
@@ -68,7 +74,8 @@ fn input(path: &Path) -> Result<Input, Failure> {
 }
 
 impl ReadingArgs {
-    fn options(&self) -> ReadOptions {
+    /// How the library is to read.
+    pub(crate) fn options(&self) -> Result<ReadOptions, Failure> {
         let standard = CarmenOptions::default();
         let clock = match self.clock {
             ClockChoice::Message => Clock::Message,
@@ -82,7 +89,26 @@ impl ReadingArgs {
             sonar_max_range: self.sonar_max.unwrap_or(standard.sonar_max_range),
             ..standard
         };
-        ReadOptions { carmen }
+        Ok(ReadOptions { carmen, robot: self.robot()? })
+    }
+
+    /// The description that `--robot` names: one that is shipped, else a file.
+    pub(crate) fn robot(&self) -> Result<Option<RobotDescription>, Failure> {
+        let Some(name) = &self.robot else { return Ok(None) };
+        if let Some(robot) = RobotDescription::builtin(name) {
+            return Ok(Some(robot));
+        }
+        let path = Path::new(name);
+        if !path.exists() && path.extension().is_none() {
+            let known: Vec<&str> = RobotDescription::builtin_names().collect();
+            let message = format!("there is no robot `{name}`");
+            let failure = Failure::new(Exit::Usage, "robot.unknown", message);
+            return Err(failure.help(format!("name a TOML file, or one of {}", known.join(", "))));
+        }
+        let text = io::read_to_string(files::open(path)?).map_err(|error| Failure::reading(path, &error))?;
+        RobotDescription::from_toml(&text)
+            .map(Some)
+            .map_err(|error| Failure::rejected(path, "robot.description", &error))
     }
 }
 

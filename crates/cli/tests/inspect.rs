@@ -56,3 +56,27 @@ fn a_graph_is_described() {
     std::fs::write(&graph, "VERTEX_SE2 0 0 x 0\n").unwrap();
     topogrid().arg("inspect").arg(&graph).assert().code(3).stderr(contains("line 1"));
 }
+
+#[test]
+fn a_table_of_numbers_needs_the_name_of_its_robot() {
+    let (folder, _log) = folder();
+    let table = folder.path().join("garden.csv");
+    std::fs::write(&table, "2,2,51,72,89,10,60,472,496\n14,16,52,64,95,10,60,469,497\n").unwrap();
+    topogrid().arg("inspect").arg(&table).assert().code(3).stderr(contains("--robot"));
+    topogrid().arg("inspect").arg(&table).args(["--robot", "bigwheel"]).assert().code(0).stdout(contains("`infrared`"));
+    topogrid().arg("inspect").arg(&table).args(["--robot", "bigweel"]).assert().code(2).stderr(contains("bigwheel"));
+    let robot = folder.path().join("robot.toml");
+    std::fs::write(&robot, "name = \"x\"\ncolour = 3\ntable = []\n").unwrap();
+    topogrid().arg("inspect").arg(&table).arg("--robot").arg(&robot).assert().code(3).stderr(contains("colour"));
+}
+
+#[test]
+fn several_files_of_a_described_robot_become_one_log() {
+    let (folder, _log) = folder();
+    let (od, sonar, out) =
+        (folder.path().join("r_od.txt"), folder.path().join("r_sonar.txt"), folder.path().join("r.log"));
+    std::fs::write(&od, "1000 0 0 0\n2000 500 0 0\n").unwrap();
+    std::fs::write(&sonar, "1000 1 1 900 1 1 1 1 5110\n2000 1 1 900 1 1 1 1 5110\n").unwrap();
+    topogrid().arg("convert").args([&sonar, &od, &out]).args(["--robot", "ring8"]).assert().code(0);
+    topogrid().arg("inspect").arg(&out).assert().code(0).stdout(contains("4 entries").and(contains("path 0.5 m")));
+}

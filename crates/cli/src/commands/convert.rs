@@ -8,16 +8,16 @@ use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
-use crate::input::{LogArgs, ReadingArgs, warn_of_skipped};
+use crate::input::{self, ReadingArgs, warn_of_skipped};
 
 /// File to file, without a run: a log to CARMEN (.log, .clf) or to a trajectory (.tum)
 ///
 /// Example: topogrid convert office.log.gz odometry.tum
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {
-    /// The log to read; `-` reads standard input
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    /// The log to read; several files are merged by stamp; `-` reads standard input
+    #[arg(value_name = "IN", required = true)]
+    inputs: Vec<PathBuf>,
     /// The file to write: .log or .clf (CARMEN), .tum (trajectory); `-` writes CARMEN to standard output
     #[arg(value_name = "OUT")]
     output: PathBuf,
@@ -49,7 +49,7 @@ enum Format {
 /// Converts the file.
 pub(crate) fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> {
     let format = format_of(&args.output)?;
-    let mut log = LogArgs::open_one(&args.input, &args.reading)?;
+    let mut log = input::open(&args.inputs, &args.reading)?;
     // A log that breaks off ends the writing, too, so that no half of a file is left behind.
     let entries = log.by_ref().map(|entry| entry.map_err(io::Error::other));
     let content = |out: &mut dyn Write| match format {
