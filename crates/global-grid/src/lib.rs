@@ -15,6 +15,7 @@ mod options;
 mod picture;
 pub mod plan;
 mod plane;
+mod score;
 mod share;
 mod sonar;
 mod sums;
@@ -28,6 +29,7 @@ pub use map::GridMap;
 pub use occupancy::{CellCounts, CrispOptions, Occupancy, count_cells, occupancy};
 pub use options::{GridError, GridOptions, SonarModel};
 pub use picture::{PictureError, write_picture};
+pub use score::{MapScore, score};
 pub use tally::{STRONGEST_EVIDENCE, Tally, UNITS_PER_NAT};
 
 pub use local_grid;
