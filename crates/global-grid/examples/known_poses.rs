@@ -92,10 +92,9 @@ fn fan(count: usize) -> Result<RangeSensor, Box<dyn Error>> {
 
 /// The probability of being occupied as a grey image.
 fn write_gray(map: &GridMap, sonar: bool, path: &str) -> Result<(), Box<dyn Error>> {
-    let calculus = map.options().calculus;
     let shade = |tally| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 254")]
-        let gray = (254.0 * (1.0 - calculus.probability(tally))).round() as u8;
+        let gray = (254.0 * (1.0 - map.options().probability(tally))).round() as u8;
         if tally.is_unknown() { 205 } else { gray }
     };
     let grid = map.read(shade)?;

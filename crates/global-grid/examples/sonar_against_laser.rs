@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for calculus in [Calculus::Fuzzy, Calculus::Bayes, Calculus::DempsterShafer] {
             let options = GridOptions { calculus, sonar: model.clone(), ..GridOptions::default() };
             let map = assemble(poses.iter().zip(&sonars), &options)?;
-            let probability = map.read(|tally| calculus.probability(tally))?;
+            let probability = map.read(|tally| map.options().probability(tally))?;
             let s = score(|point| *probability.at(point).unwrap_or(&0.5), &reference, 0.15);
             println!(
                 "| {name} | {calculus:?} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} |",

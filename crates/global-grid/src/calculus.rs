@@ -1,4 +1,4 @@
-use local_grid::{Bayes, DempsterShafer, Evidence, Fuzzy};
+use local_grid::{Bayes, DempsterShafer, Evidence};
 
 use crate::Tally;
 use crate::tally::{STRONGEST_EVIDENCE, nats, units_of_nats};
@@ -37,38 +37,6 @@ impl Calculus {
             }
         };
         Step { empty: units_of_nats(empty), occupied: units_of_nats(occupied) }
-    }
-
-    /// The degrees to which a cell is empty and occupied, whatever the calculus: fuzzy memberships, masses of belief, or
-    /// what the probability says beyond one half (`1 − 2p` or `2p − 1`).
-    #[must_use]
-    pub fn degrees(self, tally: Tally) -> Fuzzy {
-        match self {
-            Self::Fuzzy => tally.fuzzy(),
-            Self::Bayes => {
-                let belief = 2.0 * tally.bayes().probability() - 1.0;
-                Fuzzy { empty: (-belief).max(0.0), occupied: belief.max(0.0) }
-            }
-            Self::DempsterShafer => {
-                let DempsterShafer { empty, occupied, .. } = tally.dempster_shafer();
-                Fuzzy { empty, occupied }
-            }
-        }
-    }
-
-    /// The probability of being occupied that a decision should use, one half where nothing is known.
-    ///
-    /// For masses and for memberships it is the pignistic one, `(1 + O − E)/2`, which for the fuzzy pair is the crisp
-    /// reading of the map.
-    #[must_use]
-    pub fn probability(self, tally: Tally) -> f32 {
-        match self {
-            Self::Bayes => tally.bayes().probability(),
-            Self::Fuzzy | Self::DempsterShafer => {
-                let Fuzzy { empty, occupied } = self.degrees(tally);
-                0.5 * (1.0 + occupied - empty)
-            }
-        }
     }
 }
 
@@ -112,7 +80,8 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use local_grid::Cell;
+    use crate::GridOptions;
+    use local_grid::{Cell, Fuzzy};
 
     /// Overlaps, one-sided evidence, strong and weak, in a mixed order.
     const READINGS: [(f32, f32); 7] =
@@ -134,7 +103,7 @@ mod tests {
     #[test]
     fn sums_read_as_the_cells_fused_one_by_one() {
         let exact: Fuzzy = cell(&READINGS);
-        let fuzzy = tally(Calculus::Fuzzy, &READINGS).fuzzy();
+        let fuzzy = tally(Calculus::Fuzzy, &READINGS).fuzzy(f64::INFINITY);
         approx::assert_abs_diff_eq!(fuzzy.empty, exact.empty, epsilon = 2e-4); // seven half units
         approx::assert_abs_diff_eq!(fuzzy.occupied, exact.occupied, epsilon = 2e-4);
 
@@ -163,15 +132,17 @@ mod tests {
         let cell = tally.dempster_shafer();
         assert!(cell.occupied.is_finite() && cell.conflict.is_finite());
         approx::assert_abs_diff_eq!(cell.probability(), 0.5, epsilon = 1e-6);
-        assert_eq!(Calculus::Bayes.probability(tally), 0.5);
-        assert_eq!(Calculus::Fuzzy.probability(tally), 0.5);
+        for calculus in [Calculus::Bayes, Calculus::Fuzzy, Calculus::DempsterShafer] {
+            assert_eq!(GridOptions { calculus, ..GridOptions::default() }.probability(tally), 0.5);
+        }
     }
 
     #[test]
     fn an_unknown_cell_is_unknown_in_every_calculus() {
         for calculus in [Calculus::Fuzzy, Calculus::Bayes, Calculus::DempsterShafer] {
-            assert_eq!(calculus.degrees(Tally::default()), Fuzzy::default());
-            assert_eq!(calculus.probability(Tally::default()), 0.5);
+            let options = GridOptions { calculus, ..GridOptions::default() };
+            assert_eq!(options.degrees(Tally::default()), Fuzzy::default());
+            assert_eq!(options.probability(Tally::default()), 0.5);
         }
     }
 }

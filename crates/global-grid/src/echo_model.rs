@@ -44,7 +44,8 @@ pub struct SharedEcho {
     pub max_range: f64,
     /// Half the width of the cone in radians; `None` takes the sensor's.
     pub half_width: Option<f64>,
-    /// Whether, and how far in metres, silence means emptiness; `None` drops readings without echo.
+    /// Whether, and how far in metres, silence means emptiness; `None` drops readings without echo, since smooth walls at a
+    /// slant are silent, too.
     pub no_echo_range: Option<f64>,
 }
 
@@ -62,7 +63,7 @@ impl Default for SharedEcho {
             rounds: 2,
             max_range: f64::INFINITY,
             half_width: None,
-            no_echo_range: Some(f64::INFINITY),
+            no_echo_range: None,
         }
     }
 }

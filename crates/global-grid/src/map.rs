@@ -179,8 +179,7 @@ impl GridMap {
     ///
     /// As [`GridMap::read`].
     pub fn to_grid(&self) -> Result<FuzzyGrid, GridError> {
-        let calculus = self.options.calculus;
-        self.read(|tally| calculus.degrees(tally))
+        self.read(|tally| self.options.degrees(tally))
     }
 
     /// Bytes that the cells take, without the scans that are kept to be moved.
@@ -285,7 +284,8 @@ mod tests {
     #[test]
     fn the_map_agrees_with_fusing_cell_by_cell() {
         let model = SonarCone::default();
-        let options = GridOptions { sonar: SonarModel::Cone(model.clone()), ..GridOptions::default() };
+        let sonar = SonarModel::Cone(model.clone());
+        let options = GridOptions { sonar, most_evidence: f64::INFINITY, ..GridOptions::default() };
         let map = assemble([(&pose(1), &scan(1)), (&pose(2), &scan(2))], &options).unwrap();
         let grid = map.to_grid().unwrap();
         let mut exact = FuzzyGrid::new(*grid.frame());

@@ -1,8 +1,8 @@
 use std::ops::RangeInclusive;
 
-use local_grid::{FrameError, LaserRay, ModelError, SonarCone, SonarRegions};
+use local_grid::{DempsterShafer, FrameError, Fuzzy, LaserRay, ModelError, SonarCone, SonarRegions};
 
-use crate::{Calculus, SharedEcho};
+use crate::{Calculus, SharedEcho, Tally};
 
 /// How a global gridmap is built. `Default` is a fuzzy map of 0.1 m cells with the sensor models' own defaults.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +12,12 @@ pub struct GridOptions {
     pub resolution: f64,
     /// By which rule readings are joined.
     pub calculus: Calculus,
+    /// How many nats of evidence the readings of a fuzzy cell count for at most, all together.
+    ///
+    /// A union takes readings for independent, which they are not: with enough of them every cell near a wall would be
+    /// wholly empty and wholly occupied. A cell's sums are read as `e T/(T + e + o)` and `o T/(T + e + o)`, which keeps their
+    /// ratio. Infinite for the plain union.
+    pub most_evidence: f64,
     /// What a sonar's reading says.
     pub sonar: SonarModel,
     /// What a laser's (or an infrared sensor's) reading says.
@@ -23,6 +29,7 @@ impl Default for GridOptions {
         Self {
             resolution: 0.1,
             calculus: Calculus::default(),
+            most_evidence: 8.0,
             sonar: SonarModel::default(),
             laser: LaserRay::default(),
         }
@@ -137,6 +144,7 @@ impl GridOptions {
         if !(1e-4..=1e3).contains(&self.resolution) {
             return Err(GridError::Resolution(self.resolution));
         }
+        check("grid", "most_evidence", self.most_evidence, 1e-6..=f64::INFINITY, "above 0 nats")?;
         match &self.sonar {
             SonarModel::Shared(model) => model.validate()?,
             SonarModel::Cone(model) => model.validate()?,
@@ -144,6 +152,40 @@ impl GridOptions {
         }
         self.laser.validate()?;
         Ok(())
+    }
+}
+
+impl GridOptions {
+    /// The degrees to which a cell is empty and occupied, whatever the calculus: fuzzy memberships, masses of belief, or
+    /// what the probability says beyond one half (`1 − 2p` or `2p − 1`).
+    #[must_use]
+    pub fn degrees(&self, tally: Tally) -> Fuzzy {
+        match self.calculus {
+            Calculus::Fuzzy => tally.fuzzy(self.most_evidence),
+            Calculus::Bayes => {
+                let belief = 2.0 * tally.bayes().probability() - 1.0;
+                Fuzzy { empty: (-belief).max(0.0), occupied: belief.max(0.0) }
+            }
+            Calculus::DempsterShafer => {
+                let DempsterShafer { empty, occupied, .. } = tally.dempster_shafer();
+                Fuzzy { empty, occupied }
+            }
+        }
+    }
+
+    /// The probability of being occupied that a decision should use, one half where nothing is known.
+    ///
+    /// For masses and for memberships it is the pignistic one, `(1 + O − E)/2`, which for the fuzzy pair is the crisp
+    /// reading of the map.
+    #[must_use]
+    pub fn probability(&self, tally: Tally) -> f32 {
+        match self.calculus {
+            Calculus::Bayes => tally.bayes().probability(),
+            Calculus::Fuzzy | Calculus::DempsterShafer => {
+                let Fuzzy { empty, occupied } = self.degrees(tally);
+                0.5 * (1.0 + occupied - empty)
+            }
+        }
     }
 }
 

@@ -49,10 +49,14 @@ impl Tally {
         f64::from(self.occupied) / UNITS_PER_NAT
     }
 
-    /// The fuzzy cell: memberships in the empty and in the occupied set.
+    /// The fuzzy cell: memberships in the empty and in the occupied set, from at most `most_evidence` nats in all.
+    ///
+    /// See [`GridOptions::most_evidence`](crate::GridOptions::most_evidence); infinite gives the plain union.
     #[must_use]
-    pub fn fuzzy(self) -> Fuzzy {
-        Fuzzy { empty: membership(self.empty_nats()), occupied: membership(self.occupied_nats()) }
+    pub fn fuzzy(self, most_evidence: f64) -> Fuzzy {
+        let (empty, occupied) = (self.empty_nats(), self.occupied_nats());
+        let counted = 1.0 / (1.0 + (empty + occupied) / most_evidence);
+        Fuzzy { empty: membership(empty * counted), occupied: membership(occupied * counted) }
     }
 }
 
@@ -88,8 +92,15 @@ mod tests {
             tally.empty += u32::from(units_of_nats(nats(empty)));
             tally.occupied += u32::from(units_of_nats(nats(occupied)));
         }
-        approx::assert_abs_diff_eq!(tally.fuzzy().empty, cell.empty, epsilon = 1e-4); // three half units
-        approx::assert_abs_diff_eq!(tally.fuzzy().occupied, cell.occupied, epsilon = 1e-4);
+        approx::assert_abs_diff_eq!(tally.fuzzy(f64::INFINITY).empty, cell.empty, epsilon = 1e-4); // three half units
+        approx::assert_abs_diff_eq!(tally.fuzzy(f64::INFINITY).occupied, cell.occupied, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn however_many_readings_the_ratio_stays() {
+        let cell = Tally { empty: 300 << 14, occupied: 100 << 14 }.fuzzy(8.0); // 300 and 100 nats
+        approx::assert_abs_diff_eq!(cell.empty, 0.997, epsilon = 1e-3); // 1 − exp(−5.88)
+        approx::assert_abs_diff_eq!(cell.occupied, 0.859, epsilon = 1e-3); // 1 − exp(−1.96)
     }
 
     #[test]
