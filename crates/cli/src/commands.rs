@@ -6,6 +6,7 @@ use crate::failure::Failure;
 pub(crate) mod convert;
 pub(crate) mod inspect;
 pub(crate) mod run;
+pub(crate) mod simulate;
 
 /// One command each: its arguments, declared in its own file.
 #[derive(Debug, Subcommand)]
@@ -13,6 +14,7 @@ pub(crate) enum Command {
     Run(run::RunArgs),
     Inspect(inspect::InspectArgs),
     Convert(convert::ConvertArgs),
+    Simulate(simulate::SimulateArgs),
 }
 
 impl Command {
@@ -22,6 +24,7 @@ impl Command {
             Self::Run(args) => run::run(args, context),
             Self::Inspect(args) => inspect::run(args, context),
             Self::Convert(args) => convert::run(args, context),
+            Self::Simulate(args) => simulate::run(args, context),
         }
     }
 }

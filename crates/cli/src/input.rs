@@ -126,7 +126,7 @@ pub(crate) fn warn_of_skipped<'a>(reports: impl Iterator<Item = &'a LogReport>, 
 }
 
 /// A number of metres or seconds that makes sense as one.
-fn positive(text: &str) -> Result<f64, String> {
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("expected a finite number above 0".to_owned()),

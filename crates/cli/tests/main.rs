@@ -4,6 +4,7 @@
 mod convert;
 mod inspect;
 mod manners;
+mod simulate;
 
 use assert_cmd::Command;
 

@@ -1,0 +1,221 @@
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use robot_log::{CarmenWriter, Entry, EntryKind};
+use serde::Serialize;
+use simulator::nalgebra::Point2;
+use simulator::{Robot, RobotDescription, TourOptions, World};
+
+use crate::context::Context;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::files;
+
+mod frames;
+mod waypoints;
+mod world;
+
+use frames::Frames;
+
+/// A world, a robot, a seed: a log with the truth in it
+///
+/// Example: topogrid simulate office-loop --seed 7 -o office.log
+#[derive(Debug, Args)]
+#[command(after_help = "Worlds that come along: office-46x12, office-loop, laboratory, flat")]
+pub(crate) struct SimulateArgs {
+    /// A plan (.toml), a map_server map (.yaml), a world that comes along, or `random:SEED`
+    #[arg(value_name = "WORLD")]
+    world: String,
+    /// The robot: a name (nomad200, nomad200-infrared, nomad200-perfect-compass, laser, perfect) or a description (.toml)
+    #[arg(long, value_name = "ROBOT", default_value = "nomad200")]
+    robot: String,
+    /// All that is random follows from it
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// The log to write (CARMEN); `-` writes to standard output [default: WORLD-SEED.log]
+    #[arg(short, long, value_name = "LOG")]
+    out: Option<PathBuf>,
+    /// Drive along the points of a file: `x y` per line, metres in the map frame
+    #[arg(long, value_name = "FILE", conflicts_with = "tour")]
+    waypoints: Option<PathBuf>,
+    /// Drive along a tour of the world by its name [default: its first]
+    #[arg(long, value_name = "NAME")]
+    tour: Option<String>,
+    /// Metres between two stops at which the sensors fire
+    #[arg(long, value_name = "M", value_parser = crate::input::positive, default_value_t = 1.0)]
+    stop_every: f64,
+    /// How often the sensors fire at a stop, the turret a little further each time
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    firings: u16,
+    /// Write pictures for an animation into this folder, one per stop
+    #[arg(long, value_name = "DIR")]
+    frames: Option<PathBuf>,
+    /// Replace files where they exist
+    #[arg(long)]
+    force: bool,
+}
+
+/// What was made, for programs.
+#[derive(Debug, Serialize)]
+struct Report {
+    schema: &'static str,
+    world: String,
+    robot: String,
+    seed: u64,
+    log: String,
+    entries: usize,
+    scans: usize,
+    readings: usize,
+    path_length_m: f64,
+    duration_s: f64,
+    /// How often something was in the way.
+    bumps: usize,
+    /// By how much dead reckoning, aligned at the start, is wrong at the end.
+    odometry_error_m: f64,
+    frames: usize,
+}
+
+/// Drives the robot through the world and writes its log.
+pub(crate) fn run(args: &SimulateArgs, context: &Context) -> Result<(), Failure> {
+    let world = world::load(&args.world)?;
+    let description = robot(&args.robot)?;
+    let points = args.points(&world)?;
+    let mut robot = Robot::new(&world, description, args.seed)
+        .map_err(|error| Failure::new(Exit::Rejected, "simulate.robot", error.to_string()))?;
+    let start = robot.map_from_robot();
+    let mut frames = args.frames.as_ref().map(|folder| Frames::new(folder, &world, args.force)).transpose()?;
+    let entries = drive(args, &mut robot, &points, frames.as_mut(), context)?;
+    let out = args.out();
+    write_log(args, &out, &robot, &entries)?;
+    let scans = entries.iter().filter_map(|entry| match &entry.kind {
+        EntryKind::Scan { scan, .. } => Some(scan.readings().len()),
+        _ => None,
+    });
+    let believed = start * robot.odom_from_robot();
+    let report = Report {
+        schema: "topogrid/simulate/1",
+        world: world.name().to_owned(),
+        robot: robot.description().name.clone(),
+        seed: args.seed,
+        log: out.display().to_string(),
+        entries: entries.len(),
+        scans: scans.clone().count(),
+        readings: scans.sum(),
+        path_length_m: robot.path_length(),
+        duration_s: robot.time(),
+        bumps: robot.bumps(),
+        odometry_error_m: (believed.translation.vector - robot.map_from_robot().translation.vector).norm(),
+        frames: frames.map_or(0, |frames| frames.count()),
+    };
+    report.tell(context)
+}
+
+impl SimulateArgs {
+    fn out(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            let stem = Path::new(&self.world).file_stem().unwrap_or_default().to_string_lossy().replace(':', "-");
+            PathBuf::from(format!("{stem}-{}.log", self.seed))
+        })
+    }
+
+    /// The points to drive along.
+    fn points(&self, world: &World) -> Result<Vec<Point2<f64>>, Failure> {
+        if let Some(path) = &self.waypoints {
+            return waypoints::read(path);
+        }
+        let tours = world.tours();
+        let tour = match &self.tour {
+            Some(name) => tours.iter().find(|tour| tour.name == *name),
+            None => tours.first(),
+        };
+        tour.map(|tour| tour.points.clone()).ok_or_else(|| {
+            let names: Vec<String> = tours.iter().map(|tour| format!("`{}`", tour.name)).collect();
+            let has =
+                if names.is_empty() { "has no tour".to_owned() } else { format!("has the tours {}", names.join(", ")) };
+            let wanted = self.tour.as_ref().map(|name| format!(", none called `{name}`")).unwrap_or_default();
+            Failure::new(Exit::Usage, "simulate.tour", format!("the world `{}` {has}{wanted}", world.name()))
+                .help("give the points to drive along with --waypoints FILE")
+        })
+    }
+}
+
+/// The robot of that name, or described in that file.
+fn robot(name: &str) -> Result<RobotDescription, Failure> {
+    if let Some(robot) = RobotDescription::named(name) {
+        return Ok(robot);
+    }
+    let path = Path::new(name);
+    if path.extension().is_none() {
+        let message = format!("there is no robot called `{name}`");
+        return Err(Failure::new(Exit::Usage, "simulate.robot", message)
+            .help(format!("name one of {}, or a description (.toml)", RobotDescription::NAMES.join(", "))));
+    }
+    let text = world::read_text(path)?;
+    RobotDescription::from_toml(&text).map_err(|error| Failure::rejected(path, "simulate.robot", &error))
+}
+
+fn drive(
+    args: &SimulateArgs,
+    robot: &mut Robot<'_>,
+    points: &[Point2<f64>],
+    mut frames: Option<&mut Frames>,
+    context: &Context,
+) -> Result<Vec<Entry>, Failure> {
+    let start = Point2::from(robot.map_from_robot().translation.vector);
+    let ends = std::iter::once(start).chain(points.iter().copied());
+    let length: f64 = ends.zip(points).map(|(from, to)| (to - from).norm()).sum();
+    let options = TourOptions { stop_every: args.stop_every, firings: args.firings.into(), ..TourOptions::default() };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a path in centimetres, for a bar")]
+    let steps = |metres: f64| (metres * 100.0) as u64;
+    let stage = context.progress().stage("driving", steps(length).max(1));
+    let (mut entries, mut failure) = (Vec::new(), None);
+    let outcome = robot.drive_tour(points, &options, |robot, mut log| {
+        if let Some(frames) = frames.as_deref_mut()
+            && failure.is_none()
+        {
+            failure = frames.add(robot, &log).err();
+        }
+        entries.append(&mut log);
+        stage.at(steps(robot.path_length()), || format!("{:.0} of {length:.0} m", robot.path_length()));
+    });
+    outcome.map_err(|error| {
+        Failure::new(Exit::Rejected, "simulate.blocked", format!("the tour cannot be driven: {error}"))
+            .help("waypoints are joined by straight lines, on which the robot must fit")
+    })?;
+    stage.finish(&format!("{:.1} m, {} entries", robot.path_length(), entries.len()));
+    failure.map_or(Ok(entries), Err)
+}
+
+fn write_log(args: &SimulateArgs, out: &Path, robot: &Robot<'_>, entries: &[Entry]) -> Result<(), Failure> {
+    let content = |out: &mut dyn io::Write| {
+        let mut writer = CarmenWriter::new(out);
+        let (world, robot) = (robot.world().name(), &robot.description().name);
+        writer.comment(&format!("A simulated {robot} in the world `{world}`, seed {}.", args.seed))?;
+        entries.iter().try_for_each(|entry| writer.write(entry))
+    };
+    if out.as_os_str() == "-" {
+        content(&mut io::stdout().lock()).map_err(Failure::stdout)
+    } else {
+        files::write(out, args.force, content).map_err(|error| Failure::writing(out, &error))
+    }
+}
+
+impl Report {
+    fn tell(&self, context: &Context) -> Result<(), Failure> {
+        if self.log == "-" {
+            return Ok(()); // standard output holds the log
+        }
+        if context.json {
+            return context.print_json(self);
+        }
+        let mut text = format!(
+            "{}: {} scans, {} readings, {:.0} m in {:.0} s; dead reckoning ends {:.1} m off\n",
+            self.log, self.scans, self.readings, self.path_length_m, self.duration_s, self.odometry_error_m
+        );
+        if self.frames > 0 {
+            text += &format!("{} pictures\n", self.frames);
+        }
+        context.print(&(text + &format!("next: topogrid run {}\n", self.log)))
+    }
+}

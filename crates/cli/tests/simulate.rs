@@ -1,0 +1,71 @@
+use predicates::prelude::PredicateBooleanExt;
+use predicates::str::contains;
+
+use crate::topogrid;
+
+const ROOM: &str =
+    "name = 'room'\nstart = [1, 1, 0]\n[[wall]]\npoints = [[0, 0], [5, 0], [5, 4], [0, 4]]\nclosed = true\n";
+
+fn room() -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let world = folder.path().join("room.toml");
+    std::fs::write(&world, ROOM).unwrap();
+    (folder, world)
+}
+
+#[test]
+fn waypoints_become_a_log_that_inspect_reads_and_a_seed_repeats() {
+    let (folder, world) = room();
+    let waypoints = folder.path().join("ways.txt");
+    std::fs::write(&waypoints, "# there and back\n4 1\n4 3\n\n1, 3\n").unwrap();
+    let drive = |out: &str, seed: &str| {
+        let out = folder.path().join(out);
+        let mut command = topogrid();
+        command.arg("simulate").arg(&world).arg("--waypoints").arg(&waypoints).args(["--seed", seed, "--json", "-o"]);
+        let output = command.arg(&out).assert().code(0).get_output().stdout.clone();
+        let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
+        assert!((report["path_length_m"].as_f64().unwrap() - 8.0).abs() < 0.1, "{report}");
+        std::fs::read(out).unwrap()
+    };
+    let log = drive("a.log", "3");
+    assert_eq!(log, drive("b.log", "3"));
+    assert_ne!(log, drive("c.log", "4"));
+    topogrid().arg("inspect").arg(folder.path().join("a.log")).assert().code(0).stdout(contains("healthy"));
+}
+
+#[test]
+fn frames_are_pictures() {
+    let (folder, world) = room();
+    let waypoints = folder.path().join("ways.txt");
+    std::fs::write(&waypoints, "3 1\n").unwrap();
+    let frames = folder.path().join("frames");
+    let mut command = topogrid();
+    command.arg("simulate").arg(&world).arg("--waypoints").arg(&waypoints).arg("--frames").arg(&frames);
+    command.args(["-o", "-"]).assert().code(0).stdout(contains("SONAR").and(contains("TRUEPOS")));
+    let first = std::fs::read(frames.join("frame-00001.png")).unwrap();
+    assert!(first.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn what_cannot_be_simulated_is_said_with_a_way_out() {
+    let (folder, world) = room();
+    let in_wall = folder.path().join("ways.txt");
+    std::fs::write(&in_wall, "9 1\n").unwrap();
+    let simulate = || {
+        let mut command = topogrid();
+        command.current_dir(folder.path()).arg("simulate");
+        command
+    };
+    simulate().arg(&world).assert().code(2).stderr(contains("--waypoints"));
+    simulate().arg("nowhere").assert().code(2).stderr(contains("office-loop"));
+    simulate().arg("none.toml").assert().code(3).stderr(contains("none.toml"));
+    simulate().arg("random:x").assert().code(2).stderr(contains("whole number"));
+    simulate().args(["flat", "--robot", "r2d2"]).assert().code(2).stderr(contains("nomad200"));
+    let blocked = "tour cannot be driven: waypoint 1 at (9.00, 1.00)";
+    simulate().arg(&world).arg("--waypoints").arg(&in_wall).assert().code(3).stderr(contains(blocked));
+    std::fs::write(&in_wall, "1 1\nhere\n").unwrap();
+    simulate().arg(&world).arg("--waypoints").arg(&in_wall).assert().code(3).stderr(contains("ways.txt:2"));
+    std::fs::write(folder.path().join("bad.toml"), "name = 'bad'").unwrap();
+    simulate().arg("bad.toml").assert().code(3).stderr(contains("has no wall"));
+    assert!(!folder.path().join("room-1.log").exists());
+}
