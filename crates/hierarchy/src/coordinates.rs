@@ -1,11 +1,12 @@
-use nalgebra::{Isometry2, Point2, Vector2};
-use relaxation::{Direct, Network, NetworkError, Solver, Spring, sweep};
-use topo_map::{Displacement, Link, PlaceId, TopoMap};
+use nalgebra::{Isometry2, Point2};
+use topo_map::{Displacement, PlaceId, TopoMap};
+
+use crate::problem::{Problem, RelaxationError};
 
 /// Where the places are in the map: what relaxation makes of the links.
 ///
-/// The one place where links become springs and positions become coordinates again. A place that is merged or
-/// predicted has no coordinates of its own and is not part of the network.
+/// Relaxation itself is posed in [`Problem`], the one place where links become springs. A place that no measured link
+/// reaches keeps the coordinates at which it was put.
 #[derive(Debug, Clone, Default)]
 pub struct Coordinates {
     map_from_place: Vec<Isometry2<f64>>,
@@ -55,73 +56,56 @@ impl Coordinates {
         self.map_from_place[place.index()] = pose;
     }
 
-    /// The springs that the measured links are, with the places' present headings.
+    /// The measured links as a problem for `relaxation`.
     ///
     /// # Errors
     ///
     /// A link that is no spring, which the topological map should have refused.
-    pub fn network<S>(&self, map: &TopoMap<S>) -> Result<Network, NetworkError> {
-        let springs: Vec<Spring> =
-            map.links().iter().filter(|link| link.is_measured()).map(|l| self.spring(l)).collect();
-        Network::new(map.places().len(), &springs)
-    }
-
-    fn spring(&self, link: &Link) -> Spring {
-        let displacement = &link.displacement;
-        let (mut rest, mut covariance) = (displacement.vector, displacement.covariance);
-        if displacement.turn.is_some() {
-            let turn = self.map_from_place(link.from).rotation.to_rotation_matrix();
-            rest = turn * rest;
-            covariance = turn.matrix() * covariance * turn.matrix().transpose();
-        }
-        Spring { from: link.from.index(), to: link.to.index(), rest, covariance }
+    pub fn problem<S>(&self, map: &TopoMap<S>) -> Result<Problem, RelaxationError> {
+        Problem::new(map)
     }
 
     /// One sweep over all places: the paper's share of relaxation for each added place.
     ///
     /// # Errors
     ///
-    /// As [`Coordinates::network`].
-    pub fn sweep<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, NetworkError> {
-        let network = self.network(map)?;
+    /// As [`Coordinates::problem`].
+    pub fn sweep<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, RelaxationError> {
+        let problem = Problem::new(map)?;
         let before = self.padded(map);
-        let mut after = before.clone();
-        sweep(&network, &mut after);
+        let after = problem.swept(&before)?;
         self.sweeps += 1;
-        Ok(self.accept(&network, &before, &after, 1))
+        Ok(self.accept(&problem, &before, &after, 1))
     }
 
     /// The coordinates of least energy.
     ///
     /// # Errors
     ///
-    /// As [`Coordinates::network`].
-    pub fn relax<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, NetworkError> {
-        let network = self.network(map)?;
+    /// As [`Coordinates::problem`].
+    pub fn relax<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, RelaxationError> {
+        let problem = Problem::new(map)?;
         let before = self.padded(map);
-        let relaxed = Direct.solve(&network, &before);
-        Ok(self.accept(&network, &before, &relaxed.positions, relaxed.sweeps))
+        let after = problem.relaxed(&before)?;
+        Ok(self.accept(&problem, &before, &after, 0))
     }
 
-    /// One position for each place of the map.
-    fn padded<S>(&self, map: &TopoMap<S>) -> Vec<Point2<f64>> {
-        let position = |place: &topo_map::Place<S>| self.map_from_place(place.id).translation.vector.into();
-        map.places().iter().map(position).collect()
+    /// One pose for each place of the map.
+    pub(crate) fn padded<S>(&self, map: &TopoMap<S>) -> Vec<Isometry2<f64>> {
+        map.places().iter().map(|place| self.map_from_place(place.id)).collect()
     }
 
     fn accept(
         &mut self,
-        network: &Network,
-        before: &[Point2<f64>],
-        after: &[Point2<f64>],
+        problem: &Problem,
+        before: &[Isometry2<f64>],
+        after: &[Isometry2<f64>],
         sweeps: usize,
     ) -> Relaxation {
-        let mut max_shift: f64 = 0.0;
-        for (pose, (from, to)) in self.map_from_place.iter_mut().zip(before.iter().zip(after)) {
-            let shift: Vector2<f64> = to - from;
-            max_shift = max_shift.max(shift.norm());
-            pose.translation.vector = to.coords;
-        }
-        Relaxation { sweeps, energy_before: network.energy(before), energy_after: network.energy(after), max_shift }
+        self.map_from_place = after.to_vec();
+        let shift =
+            |(from, to): (&Isometry2<f64>, &Isometry2<f64>)| (to.translation.vector - from.translation.vector).norm();
+        let max_shift = before.iter().zip(after).map(shift).fold(0.0, f64::max);
+        Relaxation { sweeps, energy_before: problem.energy(before), energy_after: problem.energy(after), max_shift }
     }
 }

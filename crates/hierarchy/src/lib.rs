@@ -8,6 +8,7 @@ mod front_end;
 mod laser;
 mod mapper;
 mod metrics;
+mod problem;
 mod reach;
 mod recognize;
 mod sight;
@@ -30,6 +31,7 @@ pub use metrics::{
     GridMetrics, LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RegionMetrics, RelaxationMetrics, Timings,
     TruthMetrics,
 };
+pub use problem::{Problem, RelaxationError};
 pub use recognize::{Closure, Verdict};
 pub use tally::Tally;
 pub use tracker::{Tracker, Travel};

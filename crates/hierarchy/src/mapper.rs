@@ -1,14 +1,16 @@
 use std::sync::Arc;
 
+use global_grid::SonarModel;
 use nalgebra::{Isometry2, Point2};
 use robot_log::Entry;
-use robot_log::local_grid::{FrameError, FuzzyGrid, Signature};
+use robot_log::local_grid::{FrameError, FuzzyGrid, Signature, SonarCone};
 use topo_map::{Displacement, PlaceId, TopoMap, Turn};
 
 use crate::config::{Config, ConfigError, RelaxationPolicy};
 use crate::coordinates::{Coordinates, Relaxation};
 use crate::event::Event;
 use crate::front_end::{FrontEnd, SenseError, Sensed};
+use crate::problem::RelaxationError;
 use crate::recognize::{Closure, Recognizer, Verdict};
 use crate::sight::Sight;
 use crate::tally::Tally;
@@ -74,7 +76,7 @@ pub enum MapperError {
     Topology(#[from] topo_map::MapError),
     /// The links cannot be relaxed.
     #[error("relaxation: {0}")]
-    Relaxation(#[from] relaxation::NetworkError),
+    Relaxation(#[from] RelaxationError),
     /// The gridmap cannot be made.
     #[error("gridmap: {0}")]
     Grid(#[from] global_grid::GridError),
@@ -334,6 +336,7 @@ impl Mapper {
     pub fn gridmap(&self) -> Result<FuzzyGrid, MapperError> {
         let mut grid = global_grid::GridMap::new(global_grid::GridOptions {
             resolution: self.config.grid.resolution_m,
+            sonar: SonarModel::Cone(SonarCone::default()), // the paper's; it keeps its word where echoes are specular
             ..global_grid::GridOptions::default()
         })?;
         for (key, (pose, sample)) in (0..).zip(self.poses().iter().zip(self.trajectory.samples())) {
@@ -345,15 +348,20 @@ impl Mapper {
     /// The position of every place as dead reckoning along the traveled links has it, in metres.
     #[must_use]
     pub fn dead_reckoned(&self) -> Vec<Point2<f64>> {
+        self.dead_reckoning().iter().map(|pose| pose.translation.vector.into()).collect()
+    }
+
+    /// Where dead reckoning along the traveled links puts every place.
+    pub(crate) fn dead_reckoning(&self) -> Vec<Isometry2<f64>> {
         let mut coordinates = Coordinates::default();
-        let traveled = self.map.links().iter().filter(|link| link.origin == topo_map::LinkOrigin::Traveled);
         if let Some(first) = self.map.places().first() {
             coordinates.place(first.id, None);
         }
-        for link in traveled {
+        let traveled = self.map.links().iter().filter(|link| link.origin == topo_map::LinkOrigin::Traveled);
+        for link in traveled.filter(|link| link.from < link.to) {
             coordinates.place(link.to, Some((link.from, &link.displacement)));
         }
-        coordinates.positions()
+        coordinates.padded(&self.map)
     }
 }
 

@@ -1,12 +1,13 @@
-use nalgebra::{Matrix2, Point2};
+use nalgebra::{Isometry2, Matrix2, Point2};
+use relaxation::Pose;
 use relaxation::g2o::{Graph, PointEdge, PointVertex, PoseEdge, PoseVertex};
-use relaxation::{Direct, Pose, Solver};
 use topo_map::{Link, LinkOrigin, LinkState};
 
 use crate::atlas::{Atlas, AtlasLink, AtlasPlace};
 use crate::config::RelaxationPolicy;
 use crate::mapper::{Mapper, MapperError};
 use crate::metrics::{LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RelaxationMetrics};
+use crate::problem::Problem;
 
 impl Mapper {
     /// The topological map with its coordinates, as pictures, tables and exports need it.
@@ -89,16 +90,19 @@ impl Mapper {
     /// Energies before, after and at the optimum; the optimum is a direct solution of its own, so that it checks the
     /// relaxation.
     fn relaxation_metrics(&self) -> Result<RelaxationMetrics, MapperError> {
-        let network = self.coordinates().network(self.topology())?;
-        let (before, after) = (self.dead_reckoned(), self.coordinates().positions());
-        if before.len() != network.len() || after.len() != network.len() {
+        let problem = self.coordinates().problem(self.topology())?;
+        let (before, after) = (self.dead_reckoning(), self.coordinates().padded(self.topology()));
+        if before.len() != after.len() {
             return Ok(RelaxationMetrics::default()); // nothing has been placed yet
         }
-        let (energy_before, energy_after) = (network.energy(&before), network.energy(&after));
-        let energy_optimum = Direct.solve(&network, &after).energy;
-        let shift = before.iter().zip(&after).map(|(from, to)| (to - from).norm()).fold(0.0, f64::max);
+        let (energy_before, energy_after) = (problem.energy(&before), problem.energy(&after));
+        let energy_optimum = problem.optimum()?;
+        let shift =
+            |(from, to): (&Isometry2<f64>, &Isometry2<f64>)| (to.translation.vector - from.translation.vector).norm();
+        let max_shift_m = before.iter().zip(&after).map(shift).fold(0.0, f64::max);
         let excess = energy_after - energy_optimum;
         let solver = match self.config().relaxation.policy {
+            RelaxationPolicy::Converge if matches!(problem, Problem::Poses(_)) => "gauss-newton",
             RelaxationPolicy::Converge => "direct",
             RelaxationPolicy::OneSweep => "gauss-seidel, one sweep per place",
         };
@@ -109,7 +113,7 @@ impl Mapper {
             relative_gap: if energy_before > 0.0 { excess / energy_before } else { 0.0 },
             sweeps: self.coordinates().sweeps(),
             solver: solver.into(),
-            max_shift_m: shift,
+            max_shift_m,
         })
     }
 

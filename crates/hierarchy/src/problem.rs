@@ -1,0 +1,141 @@
+use nalgebra::{Isometry2, Matrix3, Point2, Rotation2};
+use relaxation::{
+    Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring, Solver, Spring, descend,
+    relax_poses, sweep,
+};
+use topo_map::{Link, TopoMap};
+
+/// The measured links of a topological map as a problem of relaxation: the one place where links become springs.
+///
+/// Where a compass holds the headings only positions are unknown, and the problem is the paper's: convex, with one
+/// optimum. Where it does not, headings are unknown as well, and the energy is the χ² of the whole poses.
+#[derive(Debug, Clone)]
+pub enum Problem {
+    /// Headings are known.
+    Positions(Network),
+    /// Headings are unknown.
+    Poses(PoseGraph),
+}
+
+/// Why links cannot be relaxed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RelaxationError {
+    /// As a network of springs.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+    /// As a graph of poses.
+    #[error(transparent)]
+    Poses(#[from] PoseGraphError),
+}
+
+/// Variance in rad² of a turn that a link states as certain, among others that do not: (0.06°)².
+const CERTAIN: f64 = 1e-6;
+
+impl Problem {
+    /// The springs that the measured links are.
+    ///
+    /// # Errors
+    ///
+    /// A link that is no spring, which the topological map should have refused.
+    pub fn new<S>(map: &TopoMap<S>) -> Result<Self, RelaxationError> {
+        let nodes = map.places().len();
+        let measured = || map.links().iter().filter(|link| link.is_measured());
+        if measured().any(|link| link.displacement.turn.is_some()) {
+            let springs: Vec<PoseSpring> = measured().map(pose_spring).collect();
+            return Ok(Self::Poses(PoseGraph::new(nodes, &springs)?));
+        }
+        let springs: Vec<Spring> = measured().map(spring).collect();
+        Ok(Self::Positions(Network::new(nodes, &springs)?))
+    }
+
+    /// The energy of some poses, each link counted once, weighted by its covariance.
+    #[must_use]
+    pub fn energy(&self, poses: &[Isometry2<f64>]) -> f64 {
+        match self {
+            Self::Positions(network) => network.energy(&positions(poses)),
+            Self::Poses(graph) => graph.chi2(&plain(poses)),
+        }
+    }
+
+    /// One sweep of Gauss-Seidel over the positions, headings left as they are.
+    ///
+    /// # Errors
+    ///
+    /// Headings that make a link no spring.
+    pub fn swept(&self, poses: &[Isometry2<f64>]) -> Result<Vec<Isometry2<f64>>, RelaxationError> {
+        let mut moved = positions(poses);
+        match self {
+            Self::Positions(network) => sweep(network, &mut moved),
+            Self::Poses(graph) => {
+                let headings: Vec<f64> = poses.iter().map(|pose| pose.rotation.angle()).collect();
+                sweep(&graph.network(&headings)?, &mut moved);
+            }
+        };
+        Ok(put(poses, &moved))
+    }
+
+    /// The poses of least energy near some others.
+    ///
+    /// # Errors
+    ///
+    /// Covariances too far apart for 64-bit numbers.
+    pub fn relaxed(&self, poses: &[Isometry2<f64>]) -> Result<Vec<Isometry2<f64>>, RelaxationError> {
+        match self {
+            Self::Positions(network) => Ok(put(poses, &Direct.solve(network, &positions(poses)).positions)),
+            Self::Poses(graph) => Ok(isometries(&descend(graph, &plain(poses), &PoseOptions::default())?.poses)),
+        }
+    }
+
+    /// The least energy there is, found without any start: what checks the relaxation.
+    ///
+    /// # Errors
+    ///
+    /// Covariances too far apart for 64-bit numbers.
+    pub fn optimum(&self) -> Result<f64, RelaxationError> {
+        match self {
+            Self::Positions(network) => Ok(Direct.solve(network, &network.dead_reckoning()).energy),
+            Self::Poses(graph) => Ok(relax_poses(graph, &PoseOptions::default())?.chi2),
+        }
+    }
+}
+
+fn spring(link: &Link) -> Spring {
+    let displacement = &link.displacement;
+    let (from, to) = (link.from.index(), link.to.index());
+    Spring { from, to, rest: displacement.vector, covariance: displacement.covariance }
+}
+
+fn pose_spring(link: &Link) -> PoseSpring {
+    let displacement = &link.displacement;
+    let (change, variance) = displacement.turn.map_or((0.0, CERTAIN), |turn| (turn.change, turn.variance));
+    // The link's covariance is seen from its first place, the spring's error from the measured pose.
+    let back = Rotation2::new(-change).into_inner();
+    let seen = back * displacement.covariance * back.transpose();
+    let mut information = Matrix3::zeros();
+    let inverse = seen.try_inverse().unwrap_or_else(nalgebra::Matrix2::zeros);
+    information.fixed_view_mut::<2, 2>(0, 0).copy_from(&((inverse + inverse.transpose()) * 0.5));
+    information[(2, 2)] = 1.0 / variance;
+    let from_to = Pose::new(displacement.vector.x, displacement.vector.y, change);
+    PoseSpring { from: link.from.index(), to: link.to.index(), from_to, information }
+}
+
+fn positions(poses: &[Isometry2<f64>]) -> Vec<Point2<f64>> {
+    poses.iter().map(|pose| pose.translation.vector.into()).collect()
+}
+
+fn put(poses: &[Isometry2<f64>], positions: &[Point2<f64>]) -> Vec<Isometry2<f64>> {
+    poses.iter().zip(positions).map(|(pose, at)| Isometry2::from_parts(at.coords.into(), pose.rotation)).collect()
+}
+
+fn plain(poses: &[Isometry2<f64>]) -> Vec<Pose> {
+    let pose = |pose: &Isometry2<f64>| {
+        let at = pose.translation.vector;
+        Pose::new(at.x, at.y, pose.rotation.angle())
+    };
+    poses.iter().map(pose).collect()
+}
+
+fn isometries(poses: &[Pose]) -> Vec<Isometry2<f64>> {
+    poses.iter().map(|pose| Isometry2::new(pose.translation(), pose.heading)).collect()
+}
