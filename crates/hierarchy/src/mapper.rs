@@ -200,11 +200,10 @@ impl Mapper {
         }
     }
 
-    /// A new place, recognised by what was seen on the way to it until more of it is seen.
+    /// A new place, not recognisable before its surroundings have been seen: see [`Mapper::complete_place`].
     fn add_place(&mut self) -> Result<PlaceId, MapperError> {
         let here = self.track_from_robot().translation.vector.into();
-        let signature = self.sight.signature(here, self.seen_since(self.front_end.tracker.travelled()))?;
-        Ok(self.map.add_place(signature)?)
+        Ok(self.map.add_place(self.sight.signature(here, &[])?)?)
     }
 
     /// The scans taken since the robot had `travelled` so far, less one spacing: those that show the place where it was.

@@ -116,6 +116,8 @@ const SYSTEMATIC: f64 = 0.03;
 const WIDEST_GATE: f64 = 6.0;
 /// Two signatures share enough to be compared when their centres are no farther apart than this, in metres.
 const OVERLAP: f64 = 1.2;
+/// Places closer than this lie on one spot, in metres.
+const SAME_SPOT: f64 = 0.5;
 /// Places in a stretch.
 const STRETCH: usize = 10;
 /// The least standard deviation of an alignment: half a cell and the walls' own roughness, in metres.
@@ -187,13 +189,21 @@ impl Recognizer {
         reach: &[Option<Reach>],
     ) -> Vec<Likeness> {
         let Some(new) = map.place(place).and_then(|place| place.signature()) else { return Vec::new() };
-        let old = map.places().iter().filter(|known| known.id < place);
-        old.filter_map(|known| {
-            let reach = reach.get(known.id.index()).copied().flatten()?;
-            self.may_be_same(&reach, coordinates, place, known.id)
-                .then(|| self.look(new, known.signature()?, known.id, &reach))?
-        })
-        .collect()
+        let mut compared: Vec<Vector2<f64>> = Vec::new();
+        let mut likenesses = Vec::new();
+        for known in map.places().iter().filter(|known| known.id < place) {
+            let Some((reach, old)) = reach.get(known.id.index()).copied().flatten().zip(known.signature()) else {
+                continue;
+            };
+            let spot = coordinates.map_from_place(known.id).translation.vector;
+            // A spot that was visited many times is compared once, with its first visit.
+            let again = compared.iter().any(|other| (other - spot).norm() < SAME_SPOT);
+            if !again && self.may_be_same(&reach, coordinates, place, known.id) {
+                compared.push(spot);
+                likenesses.push(self.look(new, old, known.id, &reach));
+            }
+        }
+        likenesses
     }
 
     fn may_be_same(&self, reach: &Reach, coordinates: &Coordinates, place: PlaceId, known: PlaceId) -> bool {
@@ -203,13 +213,13 @@ impl Recognizer {
     }
 
     /// Compares two signatures near their centres, whatever the coordinates say: those judge the shift, not the view.
-    fn look(&self, new: &Signature, old: &Signature, known: PlaceId, reach: &Reach) -> Option<Likeness> {
+    fn look(&self, new: &Signature, old: &Signature, known: PlaceId, reach: &Reach) -> Likeness {
         let turn_window = (3.0 * reach.turn_variance.sqrt()).min(std::f64::consts::PI);
         let options = AlignOptions { reach: OVERLAP + 0.4, turn_window, ..self.align.clone() };
         let alignment = align(new, old, &options);
         let log_ratio = self.log_ratio(&alignment);
         let displacement = (log_ratio > 0.0).then(|| measured(&alignment, reach.turn_variance > 0.0));
-        Some(Likeness { known, displacement, log_ratio, score: alignment.score, decided: false })
+        Likeness { known, displacement, log_ratio, score: alignment.score, decided: false }
     }
 
     /// How many times likelier such a view is at the same place than at another one, as a logarithm.
