@@ -1,8 +1,123 @@
-//! How near the optimum a map is: a bound that needs no solution.
+//! How near the optimum a map is, proven without a solution; and what else a user should know of it.
+
+mod bridges;
+
+pub use bridges::bridges;
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use crate::network::Network;
+
+/// What can be said for sure about a map: how far from the optimum it is, what holds it together, what strains it.
+///
+/// ```
+/// use relaxation::{certify, nalgebra::Vector2, optimum, Network, Spring};
+///
+/// let side = |from, to, x, y| Spring::isotropic(from, to, Vector2::new(x, y), 0.01);
+/// let network = Network::new(4, &[side(0, 1, 1.0, 0.0), side(1, 2, 0.0, 1.0), side(2, 0, -1.2, -1.0), side(2, 3, 1.0, 0.0)])?;
+/// let certificate = certify(&network, &optimum(&network)?, 2);
+/// assert!(certificate.relative_gap < 1e-12);
+/// assert_eq!(certificate.bridges, [3]); // nothing checks the last spring
+/// assert_eq!(certificate.degrees_of_freedom, 2); // one loop, closed in x and in y
+/// assert_eq!(certificate.strained.len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Certificate {
+    /// The energy: the χ² of all springs.
+    pub energy: f64,
+    /// Proven bound on how far the energy is above the optimum, see [`gap_bound`].
+    pub gap: f64,
+    /// `gap / energy`; 0 where both are nothing but rounding.
+    pub relative_gap: f64,
+    /// Proven bound on how far any place is from where the optimum has it, in metres.
+    pub max_shift: f64,
+    /// The Euclidean norm of the forces on the free nodes, in 1/m: the residual of the normal equations.
+    pub residual_norm: f64,
+    /// How many connected components there are, each with its own anchor.
+    pub components: usize,
+    /// The springs that are part of no loop, ascending: nothing checks what they measured.
+    pub bridges: Vec<usize>,
+    /// Measured coordinates less free ones: how many numbers the loops check. The energy of a map whose covariances are right is
+    /// about this.
+    pub degrees_of_freedom: usize,
+    /// The springs with the largest residuals, the worst first.
+    pub strained: Vec<Strain>,
+}
+
+/// How far a spring is from its rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Strain {
+    /// The spring.
+    pub spring: usize,
+    /// `p_to − p_from − rest`, in metres.
+    pub residual: Vector2<f64>,
+    /// Its length in standard deviations of the spring (Mahalanobis distance, weight included).
+    pub sigmas: f64,
+}
+
+/// Measures `positions` and names the `strained` springs with the largest residuals.
+///
+/// # Panics
+///
+/// If there is not exactly one position per node.
+#[must_use]
+pub fn certify(network: &Network, positions: &[Point2<f64>], strained: usize) -> Certificate {
+    let energy = network.energy(positions);
+    let gap = gap_bound(network, positions);
+    let rounding = energy_floor(network, positions);
+    let active = (0..network.springs().len()).filter(|&spring| network.weight(spring) > 0.0).count();
+    let forces = forces(network, positions);
+    let free = (0..network.len()).filter(|&node| !network.is_anchor(node));
+    Certificate {
+        energy,
+        gap,
+        relative_gap: if energy <= rounding { 0.0 } else { gap / energy },
+        max_shift: (gap * longest_way(network)).sqrt(),
+        residual_norm: free.map(|node| forces[node].norm_squared()).sum::<f64>().sqrt(),
+        components: network.components(),
+        bridges: bridges(network),
+        degrees_of_freedom: 2 * (active + network.components() - network.len()),
+        strained: worst(network, positions, strained),
+    }
+}
+
+/// The springs with the largest residuals in standard deviations, the worst first.
+fn worst(network: &Network, positions: &[Point2<f64>], count: usize) -> Vec<Strain> {
+    let springs = network.springs().iter().enumerate();
+    let mut all: Vec<Strain> = springs
+        .map(|(spring, s)| {
+            let residual = positions[s.to] - positions[s.from] - s.rest;
+            Strain { spring, residual, sigmas: network.spring_energy(spring, positions).sqrt() }
+        })
+        .collect();
+    let worse = |a: &Strain, b: &Strain| b.sigmas.total_cmp(&a.sigmas).then(a.spring.cmp(&b.spring));
+    if count < all.len() {
+        all.select_nth_unstable_by(count, worse);
+        all.truncate(count);
+    }
+    all.sort_unstable_by(worse);
+    all
+}
+
+/// The largest variance of a node by the spanning tree alone: no node can be less sure than that.
+///
+/// With `e` the way to the optimum, `eᵀ A e = gap`, hence `|e_i|² ≤ gap · λ((A⁻¹)_ii)`, and loops only make a node surer.
+fn longest_way(network: &Network) -> f64 {
+    let tree = network.tree();
+    let mut variance = vec![0.0; network.len()];
+    let mut longest = 0.0_f64;
+    for &node in &tree.order[network.components()..] {
+        let parent = tree.parent[node as usize];
+        let along = variance[parent.node as usize] + network.covariance(parent.spring as usize).trace();
+        variance[node as usize] = along;
+        longest = longest.max(along);
+    }
+    // The trace counts both directions where they are alike.
+    if network.is_isotropic() { 0.5 * longest } else { longest }
+}
 
 /// An upper bound on how far the energy at `positions` is above the optimum, in the unit of the energy.
 ///

@@ -6,7 +6,7 @@ use faer::sparse::linalg::LltError;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{Argsort, Pair, SymbolicSparseColMat};
 use faer::{Mat, Side};
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use crate::certificate::forces;
 use crate::network::Network;
@@ -82,6 +82,14 @@ pub enum SolveError {
     /// A factor was used with a network that is not of the shape it was made for.
     #[error("the factor was made for other springs or anchors than those of this network")]
     OtherShape,
+    /// A node was asked for that does not exist.
+    #[error("node {node} does not exist, the network has {nodes} nodes (numbered from 0)")]
+    NoSuchNode {
+        /// The node asked for.
+        node: usize,
+        /// How many there are.
+        nodes: usize,
+    },
     /// The optimum has a coordinate too large for a 64-bit number.
     #[error("node {node}: its coordinate is too large for a 64-bit number")]
     NotFinite {
@@ -157,6 +165,24 @@ impl DirectFactor {
             self.correct(network, &mut positions);
         }
         Relaxed::judged(network, positions, 0, RelaxOptions::default().tolerance)
+    }
+
+    /// How every node moves under a force on one of them: `A⁻¹ f`. Anchors do not move.
+    pub(crate) fn response(&self, node: usize, force: Vector2<f64>) -> impl Fn(usize) -> Vector2<f64> {
+        let mut rhs = Mat::<f64>::zeros(self.unknowns, if self.isotropic { 2 } else { 1 });
+        let unknown = self.unknown.clone();
+        let isotropic = self.isotropic;
+        let place = move |at: usize, axis: usize| if isotropic { (at, axis) } else { (at + axis, 0) };
+        let at = unknown[node] as usize;
+        if unknown[node] != u32::MAX {
+            rhs[place(at, 0)] = force.x;
+            rhs[place(at, 1)] = force.y;
+        }
+        let moved = self.numeric.solve(&rhs);
+        move |node| match unknown[node] {
+            u32::MAX => Vector2::zeros(),
+            at => Vector2::new(moved[place(at as usize, 0)], moved[place(at as usize, 1)]),
+        }
     }
 
     /// One Newton step, exact but for rounding: `p ← p + A⁻¹ r`.

@@ -14,10 +14,12 @@ use nalgebra::{Matrix2, Point2};
 
 use crate::network::Network;
 use crate::solver::{RelaxOptions, Relaxed, Solver};
-use compliance::Compliance;
-use dissection::dissect;
-use factor::Factor;
+pub(crate) use compliance::Compliance;
+pub(crate) use dissection::dissect;
+pub(crate) use factor::Factor;
+pub(crate) use graph::{Graph, Springs};
 use reduction::Reduction;
+pub(crate) use reduction::{Level, steps};
 
 /// The direct solution made for topological maps.
 ///

@@ -19,6 +19,8 @@ mod multilevel;
 mod direct;
 mod elimination;
 
+mod covariance;
+
 mod block_cholesky;
 mod unknowns;
 
@@ -29,8 +31,9 @@ mod pose_graph;
 pub mod g2o;
 mod pose;
 
-pub use certificate::{forces, gap_bound};
+pub use certificate::{Certificate, Strain, bridges, certify, forces, gap_bound};
 pub use conjugate_gradient::{ConjugateGradient, Preconditioner};
+pub use covariance::{Covariance, JointCovariance, SpringCovariance, joint_covariance};
 pub use direct::{Direct, DirectFactor, SolveError, optimum};
 pub use elimination::Elimination;
 pub use gauss_seidel::{GaussSeidel, SweepOrder, sweep};

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may stop where it fails")]
 
 mod bad_input;
+mod covariances;
 mod hand_cases;
 mod problems;
 mod rates;

@@ -26,6 +26,9 @@ pub(crate) trait Compliance: Copy + Debug {
     /// The matrix (or number) times a vector.
     fn times(self, v: Vector2<f64>) -> Vector2<f64>;
 
+    /// The number or matrix with such entries.
+    fn from_entries(entry: impl Fn(usize, usize) -> f64) -> Self;
+
     /// One entry of it as a matrix of the solver, which has one row per node (`f64`) or two (2×2).
     fn entry(self, row: usize, column: usize) -> f64;
 }
@@ -58,6 +61,10 @@ impl Compliance for f64 {
         v * self
     }
 
+    fn from_entries(entry: impl Fn(usize, usize) -> f64) -> Self {
+        entry(0, 0)
+    }
+
     #[inline]
     fn entry(self, _row: usize, _column: usize) -> f64 {
         self
@@ -87,6 +94,10 @@ impl Compliance for Matrix2<f64> {
 
     fn times(self, v: Vector2<f64>) -> Vector2<f64> {
         self * v
+    }
+
+    fn from_entries(entry: impl Fn(usize, usize) -> f64) -> Self {
+        Matrix2::from_fn(entry)
     }
 
     fn entry(self, row: usize, column: usize) -> f64 {

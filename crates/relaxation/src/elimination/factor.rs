@@ -197,6 +197,52 @@ impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
     }
 }
 
+impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
+    /// The inverse over all rows of a supernode, from that over the rows of its parent (its number, and the block).
+    pub(crate) fn inverse_block(&self, id: usize, parent: Option<(usize, &[f64])>) -> Vec<f64> {
+        let supernode = self.symbolic.supernodes[id];
+        let columns = (supernode.end - supernode.first) as usize * WIDTH;
+        let rows = self.symbolic.rows(id);
+        let stride = columns + rows.len() * WIDTH;
+        let mut z = vec![0.0; stride * stride];
+        if let Some((parent, above)) = parent {
+            let up = self.symbolic.supernodes[parent];
+            let (first, count) = (up.first as usize, (up.end - up.first) as usize);
+            let mut map = Vec::new();
+            local_rows::<WIDTH>(rows, up.end, first, count, self.symbolic.rows(parent), &mut map);
+            let above_stride = (count + self.symbolic.rows(parent).len()) * WIDTH;
+            for (j, &to) in map.iter().enumerate() {
+                let source = &above[to as usize * above_stride..][..above_stride];
+                let target = &mut z[(columns + j) * stride + columns..][..map.len()];
+                for (t, &from) in target.iter_mut().zip(&map) {
+                    *t = source[from as usize];
+                }
+            }
+        }
+        let block = &self.values[self.value_start[id]..][..columns * stride];
+        let (mut l, mut column) = (Vec::new(), Vec::new());
+        for k in (0..columns).rev() {
+            let inverse = block[k * stride + k];
+            l.clear();
+            l.extend(block[k * stride + k + 1..(k + 1) * stride].iter().map(|v| v * inverse));
+            column.clear();
+            column.resize(l.len(), 0.0);
+            for (&factor, known) in l.iter().zip(z.chunks_exact(stride).skip(k + 1)) {
+                for (c, v) in column.iter_mut().zip(&known[k + 1..]) {
+                    *c -= factor * v;
+                }
+            }
+            let own: f64 = l.iter().zip(&column).map(|(l, z)| l * z).sum();
+            z[k * stride + k] = inverse * inverse - own;
+            for (offset, &value) in column.iter().enumerate() {
+                z[k * stride + k + 1 + offset] = value;
+                z[(k + 1 + offset) * stride + k] = value;
+            }
+        }
+        z
+    }
+}
+
 /// `t −= l · v` for each right-hand side.
 #[inline]
 fn subtract<const SIDES: usize>(t: &mut [f64; SIDES], l: f64, v: &[f64; SIDES]) {

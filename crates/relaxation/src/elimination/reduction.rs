@@ -17,7 +17,6 @@ pub(crate) struct Leaf<C> {
     pub(crate) parent: u32,
     /// Displacement `parent → node`.
     pub(crate) rest: Vector2<f64>,
-    #[expect(dead_code, reason = "covariances need it")]
     pub(crate) compliance: C,
 }
 
@@ -53,6 +52,8 @@ pub(crate) struct Level<C> {
     pub(crate) links: Vec<Link<C>>,
     /// The old number of each node that stayed.
     pub(crate) kept: Vec<u32>,
+    /// The new number of each node that stayed, `u32::MAX` for the others.
+    pub(crate) index: Vec<u32>,
 }
 
 /// A graph reduced as far as it pays, and how to get back.
@@ -68,13 +69,32 @@ const ANCHOR: u32 = 1 << 31;
 /// A degree from which on a node stays.
 const JUNCTION: u32 = 3;
 
+/// A graph and the pass that left it.
+pub(crate) type Step<C> = (Level<C>, Graph<C>);
+
+/// Every pass with the graph it left, the core last.
+pub(crate) fn steps<C: Compliance>(springs: &impl Springs<C>) -> Vec<Step<C>> {
+    let mut steps = vec![reduce(springs)];
+    while let Some((level, graph)) = steps.last()
+        && pays(level, graph)
+    {
+        let next = reduce(graph);
+        steps.push(next);
+    }
+    steps
+}
+
+/// Whether another pass is worth its while: merging parallel springs makes new leaves and chains.
+fn pays<C>(level: &Level<C>, left: &Graph<C>) -> bool {
+    level.kept.len() * 16 < level.nodes * 15 && !left.edges.is_empty()
+}
+
 impl<C: Compliance> Reduction<C> {
     /// Takes leaves and chains out until a pass takes less than one node in sixteen.
     pub(crate) fn new(springs: &impl Springs<C>) -> Self {
         let (level, mut core) = reduce(springs);
         let mut levels = vec![level];
-        // Merging parallel springs makes new leaves and chains.
-        while levels.last().is_some_and(|last| last.kept.len() * 16 < last.nodes * 15) && !core.edges.is_empty() {
+        while levels.last().is_some_and(|last| pays(last, &core)) {
             let (level, next) = reduce(&core);
             levels.push(level);
             core = next;
@@ -149,7 +169,7 @@ fn reduce<C: Compliance>(springs: &impl Springs<C>) -> (Level<C>, Graph<C>) {
     }
     let anchors = anchors.iter().map(|&a| index[a as usize]).collect();
     let core = Graph::merged(kept.len(), edges, anchors);
-    (Level { nodes, leaves, chains: walker.chains, links: walker.links, kept }, core)
+    (Level { nodes, leaves, chains: walker.chains, links: walker.links, kept, index }, core)
 }
 
 /// Takes every node with one neighbour, and whatever becomes one by that.
