@@ -51,11 +51,11 @@ impl Covariance {
     pub fn new(network: &Network) -> Self {
         let _span = tracing::debug_span!("covariance", nodes = network.len()).entered();
         let (nodes, cross) = if network.is_isotropic() {
-            let (nodes, cross) = selected::blocks::<f64, 1, 2>(network);
+            let (nodes, cross) = selected::blocks::<f64, 1>(network);
             let matrix = |variances: Vec<f64>| variances.into_iter().map(Matrix2::from_diagonal_element).collect();
             (matrix(nodes), matrix(cross))
         } else {
-            selected::blocks::<Matrix2<f64>, 2, 1>(network)
+            selected::blocks::<Matrix2<f64>, 2>(network)
         };
         let nodes: Vec<Matrix2<f64>> = nodes;
         let springs = network.springs().iter().zip(cross);

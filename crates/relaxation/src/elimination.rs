@@ -63,7 +63,7 @@ fn solve<C: Compliance, const WIDTH: usize, const SIDES: usize>(
     let reduction = Reduction::<C>::new(network);
     let core = &reduction.core;
     let mut positions = core.reckoned(anchored);
-    let factor = Factor::<WIDTH, SIDES>::new(core, dissect(core, &positions));
+    let factor = Factor::<WIDTH>::new(core, dissect(core, &positions));
     let forces = core.forces(&positions);
     let mut x = vec![[0.0; SIDES]; factor.unknowns()];
     for (chunk, &node) in x.chunks_exact_mut(WIDTH).zip(&factor.order.node) {

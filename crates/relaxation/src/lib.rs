@@ -21,6 +21,8 @@ mod elimination;
 
 mod covariance;
 
+mod incremental;
+
 mod block_cholesky;
 mod unknowns;
 
@@ -38,6 +40,7 @@ pub use direct::{Direct, DirectFactor, SolveError, optimum};
 pub use elimination::Elimination;
 pub use gauss_seidel::{GaussSeidel, SweepOrder, sweep};
 pub use headings::{Compass, HeadingError, HeadingMethod, Headings, Turn, headings};
+pub use incremental::{Incremental, NoSuchSpring};
 pub use multilevel::Multilevel;
 pub use network::{Anchor, Network, NetworkError};
 pub use node_variances::{NodeVariances, sweep_with_variances};

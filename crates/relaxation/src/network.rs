@@ -128,6 +128,12 @@ impl Network {
         Ok(Self::assembled(self.springs, self.weights, self.isotropic, components))
     }
 
+    /// The same springs held by `anchors` wherever their components allow.
+    pub(crate) fn held(self, anchors: &[Anchor]) -> Self {
+        let components = self.components.inheriting(anchors);
+        Self::assembled(self.springs, self.weights, self.isotropic, components)
+    }
+
     /// The same springs with each one's information (inverse covariance) multiplied by its weight.
     ///
     /// This is how a robust estimator softens springs it mistrusts; the springs are shared, not copied, and weights do not
@@ -327,7 +333,7 @@ fn is_finite(p: &Point2<f64>) -> bool {
 }
 
 /// Everything that can be wrong with one spring.
-fn check(index: usize, spring: &Spring, nodes: usize) -> Result<(), NetworkError> {
+pub(crate) fn check(index: usize, spring: &Spring, nodes: usize) -> Result<(), NetworkError> {
     for node in [spring.from, spring.to] {
         if node >= nodes {
             return Err(NetworkError::NodeOutOfRange { spring: index, node, nodes });

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod covariances;
+mod growing;
 mod hand_cases;
 mod problems;
 mod rates;

@@ -8,9 +8,9 @@ use crate::network::Network;
 type Blocks<C> = (Vec<C>, Vec<C>);
 
 /// All blocks of the network.
-pub(super) fn blocks<C: Compliance + Entry, const WIDTH: usize, const SIDES: usize>(network: &Network) -> Blocks<C> {
+pub(super) fn blocks<C: Compliance + Entry, const WIDTH: usize>(network: &Network) -> Blocks<C> {
     let steps = steps::<C>(network);
-    let core = steps.last().map(|(_, core)| core_blocks::<C, WIDTH, SIDES>(core));
+    let core = steps.last().map(|(_, core)| core_blocks::<C, WIDTH>(core));
     let mut inner = core.unwrap_or_default();
     for (at, (level, left)) in steps.iter().enumerate().rev() {
         inner = match at.checked_sub(1) {
@@ -28,10 +28,10 @@ pub(super) fn blocks<C: Compliance + Entry, const WIDTH: usize, const SIDES: usi
 /// ```text
 /// z = −Z l / d,   z_dd = 1/d² − lᵀ z / d
 /// ```
-fn core_blocks<C: Compliance + Entry, const WIDTH: usize, const SIDES: usize>(core: &Graph<C>) -> Blocks<C> {
+fn core_blocks<C: Compliance + Entry, const WIDTH: usize>(core: &Graph<C>) -> Blocks<C> {
     let anchored = vec![nalgebra::Point2::origin(); core.anchors.len()];
     let order = dissect(core, &core.reckoned(&anchored));
-    let factor = Factor::<WIDTH, SIDES>::new(core, order);
+    let factor = Factor::<WIDTH>::new(core, order);
     let mut found = (vec![C::ZERO; core.nodes], vec![C::ZERO; core.edges.len()]);
     // The inverse over all rows of a supernode, kept while one of its descendants may need it.
     let mut open: Vec<(u32, Vec<f64>)> = Vec::new();
@@ -48,9 +48,9 @@ fn core_blocks<C: Compliance + Entry, const WIDTH: usize, const SIDES: usize>(co
 }
 
 /// Takes the blocks of a supernode's nodes, and of the springs from them to later ones, out of its inverse.
-fn collect<C: Compliance + Entry, const WIDTH: usize, const SIDES: usize>(
+fn collect<C: Compliance + Entry, const WIDTH: usize>(
     core: &Graph<C>,
-    factor: &Factor<WIDTH, SIDES>,
+    factor: &Factor<WIDTH>,
     id: usize,
     inverse: &[f64],
     (nodes, springs): &mut Blocks<C>,

@@ -12,9 +12,9 @@ use super::dissection::{Order, Supernode};
 use super::graph::{Graph, Springs};
 use super::symbolic::Symbolic;
 
-/// A factorised core. `WIDTH` unknowns per node, each with `SIDES` right-hand sides: 1 and 2, or 2 and 1.
+/// A factorised core with `WIDTH` unknowns per node: 1 where x and y share the matrix, else 2.
 #[derive(Debug, Clone)]
-pub(crate) struct Factor<const WIDTH: usize, const SIDES: usize> {
+pub(crate) struct Factor<const WIDTH: usize> {
     pub(crate) order: Order,
     pub(crate) symbolic: Symbolic,
     /// Where the block of each supernode begins in `values`.
@@ -23,7 +23,7 @@ pub(crate) struct Factor<const WIDTH: usize, const SIDES: usize> {
     pub(crate) values: Vec<f64>,
 }
 
-impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
+impl<const WIDTH: usize> Factor<WIDTH> {
     /// Factors the matrix of `graph` in the given order.
     pub(crate) fn new<C: Compliance>(graph: &Graph<C>, order: Order) -> Self {
         let symbolic = Symbolic::new(graph, &order);
@@ -130,7 +130,7 @@ impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
     }
 
     /// Solves `L Lᵀ x = b` in place, `x` in the order of elimination.
-    pub(crate) fn solve(&self, x: &mut [[f64; SIDES]]) {
+    pub(crate) fn solve<const SIDES: usize>(&self, x: &mut [[f64; SIDES]]) {
         let mut below = Vec::new();
         for id in 0..self.symbolic.supernodes.len() {
             self.forward(id, x, &mut below);
@@ -142,7 +142,7 @@ impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
 
     /// The part of `L y = b` that belongs to one supernode.
     #[inline]
-    pub(crate) fn forward(&self, id: usize, x: &mut [[f64; SIDES]], below: &mut Vec<[f64; SIDES]>) {
+    pub(crate) fn forward<const SIDES: usize>(&self, id: usize, x: &mut [[f64; SIDES]], below: &mut Vec<[f64; SIDES]>) {
         let supernode = self.symbolic.supernodes[id];
         let (first, end) = (supernode.first as usize * WIDTH, supernode.end as usize * WIDTH);
         let rows = self.symbolic.rows(id);
@@ -173,7 +173,12 @@ impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
 
     /// The part of `Lᵀ x = y` that belongs to one supernode.
     #[inline]
-    pub(crate) fn backward(&self, id: usize, x: &mut [[f64; SIDES]], below: &mut Vec<[f64; SIDES]>) {
+    pub(crate) fn backward<const SIDES: usize>(
+        &self,
+        id: usize,
+        x: &mut [[f64; SIDES]],
+        below: &mut Vec<[f64; SIDES]>,
+    ) {
         let supernode = self.symbolic.supernodes[id];
         let (first, end) = (supernode.first as usize * WIDTH, supernode.end as usize * WIDTH);
         let rows = self.symbolic.rows(id);
@@ -197,7 +202,7 @@ impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
     }
 }
 
-impl<const WIDTH: usize, const SIDES: usize> Factor<WIDTH, SIDES> {
+impl<const WIDTH: usize> Factor<WIDTH> {
     /// The inverse over all rows of a supernode, from that over the rows of its parent (its number, and the block).
     pub(crate) fn inverse_block(&self, id: usize, parent: Option<(usize, &[f64])>) -> Vec<f64> {
         let supernode = self.symbolic.supernodes[id];

@@ -143,7 +143,7 @@ impl<E: Entry> Interpolation<E> {
         let mut coarse = vec![Vector2::zeros(); self.coarse];
         for (i, &r) in fine.iter().enumerate() {
             for (j, value) in self.row(i) {
-                coarse[j] += value.transposed().times(r);
+                coarse[j] += value.transposed().multiply(r);
             }
         }
         coarse
@@ -153,7 +153,7 @@ impl<E: Entry> Interpolation<E> {
     fn add_to(&self, coarse: &[Vector2<f64>], x: &mut [Vector2<f64>]) {
         for (i, x) in x.iter_mut().enumerate() {
             for (j, value) in self.row(i) {
-                *x += value.times(coarse[j]);
+                *x += value.multiply(coarse[j]);
             }
         }
     }

@@ -16,7 +16,12 @@ pub(crate) trait Entry: Copy + std::fmt::Debug {
     fn transposed(self) -> Self;
     fn inverted(self) -> Self;
     fn is_positive(self) -> bool;
-    fn times(self, v: Vector2<f64>) -> Vector2<f64>;
+    /// The entry times a vector.
+    fn multiply(self, v: Vector2<f64>) -> Vector2<f64>;
+    fn is_zero(self) -> bool;
+    fn trace(self) -> f64;
+    /// A multiple of one.
+    fn scalar(value: f64) -> Self;
 }
 
 impl Entry for f64 {
@@ -46,8 +51,17 @@ impl Entry for f64 {
         self > 0.0
     }
     #[inline]
-    fn times(self, v: Vector2<f64>) -> Vector2<f64> {
+    fn multiply(self, v: Vector2<f64>) -> Vector2<f64> {
         v * self
+    }
+    fn is_zero(self) -> bool {
+        self == 0.0
+    }
+    fn trace(self) -> f64 {
+        self
+    }
+    fn scalar(value: f64) -> Self {
+        value
     }
 }
 
@@ -75,8 +89,17 @@ impl Entry for Matrix2<f64> {
     fn is_positive(self) -> bool {
         self.m11 > 0.0 && self.m22 > 0.0 && self.determinant() > 1e-12 * self.m11 * self.m22
     }
-    fn times(self, v: Vector2<f64>) -> Vector2<f64> {
+    fn multiply(self, v: Vector2<f64>) -> Vector2<f64> {
         self * v
+    }
+    fn is_zero(self) -> bool {
+        self == Self::ZERO
+    }
+    fn trace(self) -> f64 {
+        self.m11 + self.m22
+    }
+    fn scalar(value: f64) -> Self {
+        Self::new(value, 0.0, 0.0, value)
     }
 }
 
@@ -121,7 +144,7 @@ impl<E: Entry> Matrix<E> {
     /// `A x`, one row.
     #[inline]
     fn row_times(&self, i: usize, x: &[Vector2<f64>]) -> Vector2<f64> {
-        self.row(i).fold(self.diagonal[i].times(x[i]), |sum, (j, value)| sum + value.times(x[j]))
+        self.row(i).fold(self.diagonal[i].multiply(x[i]), |sum, (j, value)| sum + value.multiply(x[j]))
     }
 
     /// `A x`.
@@ -132,7 +155,7 @@ impl<E: Entry> Matrix<E> {
 
     /// `D⁻¹ b`, with `D` the diagonal.
     pub(crate) fn divided_by_diagonal(&self, b: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
-        self.inverse_diagonal.iter().zip(b).map(|(inverse, &b)| inverse.times(b)).collect()
+        self.inverse_diagonal.iter().zip(b).map(|(inverse, &b)| inverse.multiply(b)).collect()
     }
 
     /// `b − A x`.
@@ -144,8 +167,8 @@ impl<E: Entry> Matrix<E> {
     /// One Gauss-Seidel sweep over `rows` in that order.
     pub(super) fn sweep(&self, rows: impl Iterator<Item = usize>, b: &[Vector2<f64>], x: &mut [Vector2<f64>]) {
         for i in rows {
-            let rest = self.row(i).fold(b[i], |sum, (j, value)| sum - value.times(x[j]));
-            x[i] = self.inverse_diagonal[i].times(rest);
+            let rest = self.row(i).fold(b[i], |sum, (j, value)| sum - value.multiply(x[j]));
+            x[i] = self.inverse_diagonal[i].multiply(rest);
         }
     }
 
