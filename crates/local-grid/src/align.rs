@@ -82,6 +82,9 @@ pub struct Alignment {
     pub ambiguity: Ambiguity,
 }
 
+/// So many walls of either side rank peaks; the best is then judged by all.
+const ENOUGH_WALLS: usize = 160;
+
 /// Turns further apart than this, in radians, are different matches.
 const PEAK_TURN: f64 = 0.35;
 
@@ -96,6 +99,14 @@ impl Alignment {
     #[must_use]
     pub fn distinctiveness(&self) -> f64 {
         if self.score > 0.0 { (1.0 - self.runner_up / self.score).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Whether walls agree, hardly contradict each other, and enough of them were seen by both.
+    ///
+    /// One convincing alignment is still no recognition: look-alikes exist, so ask for agreement over successive places.
+    #[must_use]
+    pub fn is_convincing(&self) -> bool {
+        self.score >= 0.75 && self.contradiction <= 0.1 && self.overlap >= 0.5
     }
 
     fn nothing(options: &AlignOptions) -> Self {
@@ -157,11 +168,16 @@ pub fn align(a: &Signature, b: &Signature, options: &AlignOptions) -> Alignment 
         return Alignment::nothing(options);
     }
     let walls: Vec<_> = b.walls().collect();
-    let volume = Volume::over(&WallTable::new(a, options.wall_sigma), &walls, options);
     let score = SymmetricScore::new(a, b, options);
+    let volume = Volume::over(score.table_a(), &walls, options);
     let mut found = peaks::of(&volume, options);
+    let rough = score.thinned(ENOUGH_WALLS);
     for peak in &mut found {
-        score.climb(peak, fine, volume.turn_step());
+        peak.score = rough.at(peak.offset, peak.turn).score;
+    }
+    found.sort_by(|a, b| b.score.total_cmp(&a.score));
+    for peak in found.iter_mut().take(2) {
+        rough.climb(peak, fine, volume.turn_step());
     }
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     let Some(best) = found.first().copied().filter(|best| best.score > 0.0) else {

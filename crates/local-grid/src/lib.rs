@@ -12,6 +12,7 @@ mod scan;
 mod scan_match;
 mod sensor;
 mod signature;
+mod structure;
 mod working;
 
 pub use align::{AlignOptions, Alignment, Ambiguity, align};
@@ -30,6 +31,7 @@ pub use sensor::{
 pub use signature::{
     AxisHistogram, CellClass, Count, Descriptor, HistogramMatch, Signature, SignatureError, SignatureOptions,
 };
+pub use structure::{StructureOptions, WallDirection, wall_direction_of_echoes, wall_direction_of_grid};
 pub use working::{WorkingGrid, WorkingGridOptions};
 
 pub use nalgebra;

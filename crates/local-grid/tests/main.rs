@@ -7,3 +7,4 @@ mod laser;
 mod plan;
 mod signature;
 mod sonar_model;
+mod structure;

@@ -1,3 +1,5 @@
+use std::rc::Rc;
+
 use nalgebra::{Isometry2, Point2, Vector2};
 
 use super::peaks::Peak;
@@ -5,11 +7,11 @@ use super::table::WallTable;
 use super::{AlignOptions, Signature};
 
 /// The score of a pose, both ways: walls of `b` in `a` and walls of `a` in `b`.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct SymmetricScore<'a> {
     options: &'a AlignOptions,
-    table_a: WallTable,
-    table_b: WallTable,
+    table_a: Rc<WallTable>,
+    table_b: Rc<WallTable>,
     walls_a: Vec<Point2<f64>>,
     walls_b: Vec<Point2<f64>>,
 }
@@ -26,11 +28,21 @@ impl<'a> SymmetricScore<'a> {
     pub(super) fn new(a: &Signature, b: &Signature, options: &'a AlignOptions) -> Self {
         Self {
             options,
-            table_a: WallTable::new(a, options.wall_sigma),
-            table_b: WallTable::new(b, options.wall_sigma),
+            table_a: Rc::new(WallTable::new(a, options.wall_sigma)),
+            table_b: Rc::new(WallTable::new(b, options.wall_sigma)),
             walls_a: a.walls().collect(),
             walls_b: b.walls().collect(),
         }
+    }
+
+    /// The same with at most `count` walls of either side.
+    pub(super) fn thinned(&self, count: usize) -> Self {
+        let some = |walls: &[Point2<f64>]| walls.iter().step_by(walls.len().div_ceil(count).max(1)).copied().collect();
+        Self { walls_a: some(&self.walls_a), walls_b: some(&self.walls_b), ..self.clone() }
+    }
+
+    pub(super) fn table_a(&self) -> &WallTable {
+        &self.table_a
     }
 
     pub(super) fn at(&self, offset: Vector2<f64>, turn: f64) -> Detail {
@@ -49,7 +61,6 @@ impl<'a> SymmetricScore<'a> {
 
     /// Moves a peak to the best of its neighbours, up to a few steps.
     pub(super) fn climb(&self, peak: &mut Peak, step: f64, turn_step: f64) {
-        peak.score = self.at(peak.offset, peak.turn).score;
         for _ in 0..4 {
             let Some(better) = self.best_neighbour(peak, step, turn_step) else { return };
             *peak = better;
@@ -60,7 +71,10 @@ impl<'a> SymmetricScore<'a> {
         let turns: &[f64] = if turn_step > 0.0 { &[0.0, -1.0, 1.0] } else { &[0.0] };
         let mut best = *peak;
         for turn in turns {
-            for (x, y) in [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (0.0, 0.0)] {
+                if x == 0.0 && y == 0.0 && *turn == 0.0 {
+                    continue; // that is the peak itself
+                }
                 let (offset, turn) = (peak.offset + Vector2::new(x, y) * step, peak.turn + turn * turn_step);
                 let score = self.at(offset, turn).score;
                 if score > best.score + 1e-9 {
@@ -73,7 +87,7 @@ impl<'a> SymmetricScore<'a> {
 
     /// The vertex of parabolas through the scores around a peak, with halved steps: below a cell, below a turn step.
     pub(super) fn refine(&self, peak: Peak, cell: f64, turn_step: f64) -> Peak {
-        let mut best = peak;
+        let mut best = Peak { score: self.at(peak.offset, peak.turn).score, ..peak };
         for scale in [1.0, 0.5, 0.25] {
             let along = |x: f64, y: f64, turn: f64| {
                 let score = |k: f64| self.at(best.offset + Vector2::new(x, y) * k, best.turn + turn * k).score;

@@ -1,0 +1,189 @@
+//! The directions in which a building's walls run: a compass of its own, modulo a right angle.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::Vector2;
+
+use crate::{Cell, Echo, Grid, Heading};
+
+/// How directions are gathered, and when walls are believed to carry a heading.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+pub struct StructureOptions {
+    /// Half the width of a direction's peak, in radians.
+    pub peak: f64,
+    /// The least share of all surface that must run within the peak; a third is what a round room shows at best.
+    pub least_share: f64,
+    /// The least total length of surface, in metres.
+    pub least_length: f64,
+}
+
+impl Default for StructureOptions {
+    fn default() -> Self {
+        Self { peak: 5f64.to_radians(), least_share: 0.4, least_length: 3.0 }
+    }
+}
+
+/// The dominant direction of walls, modulo 90°, and how far it carries.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct WallDirection {
+    /// Radians from `+x` of the frame in which the walls were given, in `[0, π/2)`.
+    pub direction: f64,
+    /// The share of all surface that runs in this direction or square to it, in `[0, 1]`.
+    pub share: f64,
+    /// Standard deviation of the direction in radians.
+    pub sigma: f64,
+    /// Length of all surface that was seen, in metres (of a grid: its weighted edges).
+    pub length: f64,
+}
+
+impl WallDirection {
+    /// The turn in radians, in `(−π/4, π/4]`, that would bring these walls in line with walls of direction `reference`.
+    #[must_use]
+    pub fn turn_to(&self, reference: f64) -> f64 {
+        let quarter_turns = Heading::from_radians(4.0 * (reference - self.direction));
+        0.25 * quarter_turns.radians()
+    }
+}
+
+/// The wall direction that the echoes of one scan show, in the robot's frame.
+///
+/// `None` where the walls carry no heading: too few, or in all directions.
+#[must_use]
+pub fn wall_direction_of_echoes(echoes: &[Echo], options: &StructureOptions) -> Option<WallDirection> {
+    let mut angles = AngleHistogram::default();
+    for (echo, next) in echoes.iter().zip(echoes.iter().skip(1)) {
+        // Each echo stands for the surface up to the next one, unless there is a gap between them.
+        let step = (next.point - echo.point).norm();
+        if let (Some(normal), true) = (echo.normal, step < MOST_PER_ECHO) {
+            angles.add(normal.y.atan2(normal.x), step);
+        }
+    }
+    angles.dominant(options)
+}
+
+/// The longest surface that one echo may stand for, in metres.
+const MOST_PER_ECHO: f64 = 0.5;
+
+/// The wall direction that a grid shows, in the grid's frame: the directions in which occupancy rises and falls.
+///
+/// `None` where the walls carry no heading.
+#[must_use]
+pub fn wall_direction_of_grid<C: Cell>(grid: &Grid<C>, options: &StructureOptions) -> Option<WallDirection> {
+    let (rows, columns) = (grid.frame().rows(), grid.frame().columns());
+    let occupied: Vec<f64> = grid.cells().iter().map(|cell| f64::from(cell.known().occupied)).collect();
+    let smooth = blurred(&blurred(&occupied, rows, columns), rows, columns);
+    let mut tensor = [(); 3].map(|()| vec![0.0; rows * columns]); // xx, xy, yy
+    for row in 1..rows.saturating_sub(1) {
+        for column in 1..columns.saturating_sub(1) {
+            let slope = slope(&smooth, columns, row, column);
+            let entries = [slope.x * slope.x, slope.x * slope.y, slope.y * slope.y];
+            for (part, entry) in tensor.iter_mut().zip(entries) {
+                part[row * columns + column] = entry;
+            }
+        }
+    }
+    // The staircase of cells has the wall's direction only on the average over several steps.
+    for part in &mut tensor {
+        for _ in 0..4 {
+            *part = blurred(part, rows, columns);
+        }
+    }
+    let mut angles = AngleHistogram::default();
+    let [xx, xy, yy] = &tensor;
+    for ((xx, xy), yy) in xx.iter().zip(xy).zip(yy) {
+        // How much steeper across than along; 0 at corners and in clutter.
+        let edge = (xx - yy).hypot(2.0 * xy);
+        if edge > 1e-4 {
+            angles.add(0.5 * (2.0 * xy).atan2(xx - yy), edge.sqrt() * grid.frame().resolution());
+        }
+    }
+    angles.dominant(options)
+}
+
+/// Scharr's gradient of a cell, per cell: true in direction to within a fraction of a degree.
+fn slope(values: &[f64], columns: usize, row: usize, column: usize) -> Vector2<f64> {
+    let at = |dx: usize, dy: usize| values[(row + dy - 1) * columns + column + dx - 1];
+    Vector2::new(
+        3.0 * (at(2, 0) - at(0, 0)) + 10.0 * (at(2, 1) - at(0, 1)) + 3.0 * (at(2, 2) - at(0, 2)),
+        3.0 * (at(0, 2) - at(0, 0)) + 10.0 * (at(1, 2) - at(1, 0)) + 3.0 * (at(2, 2) - at(2, 0)),
+    ) / 32.0
+}
+
+/// One pass of the binomial filter [1 2 1] both ways; the border is left as it is.
+fn blurred(values: &[f64], rows: usize, columns: usize) -> Vec<f64> {
+    let pass = |values: &[f64], step: usize, inside: &dyn Fn(usize) -> bool| -> Vec<f64> {
+        let mix = |k: usize| {
+            if inside(k) { 0.25 * (values[k - step] + 2.0 * values[k] + values[k + step]) } else { values[k] }
+        };
+        (0..values.len()).map(mix).collect()
+    };
+    let across = pass(values, 1, &|k| k % columns > 0 && k % columns + 1 < columns);
+    pass(&across, columns, &|k| k / columns > 0 && k / columns + 1 < rows)
+}
+
+/// Directions modulo 90°, weighted by length.
+#[derive(Debug, Clone, Default)]
+struct AngleHistogram {
+    /// `(direction in [0, π/2), length)`.
+    entries: Vec<(f64, f64)>,
+}
+
+/// Bins of one degree.
+const BINS: usize = 90;
+
+impl AngleHistogram {
+    fn add(&mut self, angle: f64, length: f64) {
+        self.entries.push((angle.rem_euclid(FRAC_PI_2), length));
+    }
+
+    fn dominant(&self, options: &StructureOptions) -> Option<WallDirection> {
+        let length: f64 = self.entries.iter().map(|entry| entry.1).sum();
+        if length < options.least_length {
+            return None;
+        }
+        let mut direction = self.highest_bin(options.peak);
+        let (mut within, mut square) = (0.0, 0.0);
+        for _ in 0..3 {
+            let mut sum = 0.0;
+            (within, square) = (0.0, 0.0);
+            for &(angle, weight) in &self.entries {
+                let off = difference(angle, direction);
+                if off.abs() <= options.peak {
+                    sum += weight * off;
+                    square += weight * off * off;
+                    within += weight;
+                }
+            }
+            if within <= 0.0 {
+                return None;
+            }
+            direction = (direction + sum / within).rem_euclid(FRAC_PI_2);
+        }
+        let share = within / length;
+        // Neighbouring echoes see the same wall: about one independent measurement per metre of it.
+        let sigma = (square / within).sqrt() / within.max(1.0).sqrt();
+        (share >= options.least_share).then_some(WallDirection { direction, share, sigma, length })
+    }
+
+    /// The middle of the window of `±peak` that holds most length.
+    #[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "90 bins")]
+    fn highest_bin(&self, peak: f64) -> f64 {
+        let width = FRAC_PI_2 / BINS as f64;
+        let mut bins = [0.0; BINS];
+        for &(angle, weight) in &self.entries {
+            bins[((angle / width) as usize).min(BINS - 1)] += weight;
+        }
+        let reach = ((peak / width).round() as usize).clamp(1, BINS / 2 - 1);
+        let held = |bin: usize| (0..=2 * reach).map(|k| bins[(bin + BINS + k - reach) % BINS]).sum::<f64>();
+        let best = (0..BINS).max_by(|&a, &b| held(a).total_cmp(&held(b)).then(b.cmp(&a))).unwrap_or(0);
+        (best as f64 + 0.5) * width
+    }
+}
+
+/// The difference of two directions modulo 90°, in `(−π/4, π/4]`.
+fn difference(a: f64, b: f64) -> f64 {
+    let turns = (a - b) / FRAC_PI_2;
+    (turns - turns.round()) * (TAU / 4.0)
+}
