@@ -101,12 +101,12 @@ impl Alignment {
         if self.score > 0.0 { (1.0 - self.runner_up / self.score).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Whether walls agree, hardly contradict each other, and enough of them were seen by both.
+    /// Whether walls agree both ways, hardly contradict each other, and enough of them were seen by both.
     ///
     /// One convincing alignment is still no recognition: look-alikes exist, so ask for agreement over successive places.
     #[must_use]
     pub fn is_convincing(&self) -> bool {
-        self.score >= 0.75 && self.contradiction <= 0.1 && self.overlap >= 0.5
+        self.ambiguity == Ambiguity::None && self.score >= 0.75 && self.contradiction <= 0.1 && self.overlap >= 0.5
     }
 
     fn nothing(options: &AlignOptions) -> Self {

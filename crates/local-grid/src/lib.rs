@@ -1,4 +1,4 @@
-//! Local occupancy grids, evidence, range sensors and place signatures: the bottom of the hierarchy of maps.
+#![doc = include_str!("../README.md")]
 
 mod align;
 mod evidence;

@@ -22,7 +22,7 @@ pub struct SignatureOptions {
 
 impl Default for SignatureOptions {
     fn default() -> Self {
-        Self { size: 6.4, occupied_above: 0.25, empty_above: 0.15 }
+        Self { size: 6.4, occupied_above: 0.1, empty_above: 0.1 }
     }
 }
 

@@ -56,7 +56,7 @@ fn a_cut_over_the_border_is_unknown_there() {
 fn weak_evidence_is_unknown() {
     let options = SignatureOptions::default();
     let class = |empty, occupied| options.class(Evidence { empty, occupied });
-    assert_eq!(class(0.05, 0.1), CellClass::Unknown);
+    assert_eq!(class(0.05, 0.08), CellClass::Unknown);
     assert_eq!(class(0.5, 0.5), CellClass::Unknown);
     assert_eq!(class(0.5, 0.1), CellClass::Empty);
     assert_eq!(class(0.1, 0.5), CellClass::Occupied);

@@ -9,6 +9,7 @@ pub struct ConeCells {
     frame: GridFrame,
     apex: Point2<f64>,
     axis: Vector2<f64>,
+    half_width: f64,
     cos_half_width: f64,
     reach: f64,
     columns: (usize, usize),
@@ -25,10 +26,44 @@ impl ConeCells {
         let apex = Point2::from(grid_from_sensor.translation.vector);
         let axis = grid_from_sensor.rotation * Vector2::x();
         let (low, high) = bounds(apex, axis, half_width, reach);
-        let columns = span(low.x - frame.origin().x, high.x - frame.origin().x, frame.resolution(), frame.columns());
         let rows = span(low.y - frame.origin().y, high.y - frame.origin().y, frame.resolution(), frame.rows());
         let cos_half_width = half_width.cos();
-        Self { frame: *frame, apex, axis, cos_half_width, reach, columns, rows, row: rows.0, column: columns.0 }
+        let mut cells = Self {
+            frame: *frame,
+            apex,
+            axis,
+            half_width,
+            cos_half_width,
+            reach,
+            columns: (0, 0),
+            rows,
+            row: rows.0,
+            column: 0,
+        };
+        cells.enter_row();
+        cells
+    }
+
+    /// Narrows the columns to those that the current row can have in common with the cone.
+    fn enter_row(&mut self) {
+        let up = self.frame.center(self.row, 0).y - self.apex.y;
+        let half_chord = (self.reach * self.reach - up * up).max(0.0).sqrt();
+        let (mut low, mut high) = (-half_chord, half_chord);
+        if self.half_width < std::f64::consts::FRAC_PI_2 {
+            // A cone narrower than a half plane lies to the left of its right edge, and to the right of its left one.
+            for side in [-1.0, 1.0] {
+                let edge = nalgebra::Rotation2::new(side * self.half_width) * self.axis;
+                let inward = Vector2::new(edge.y, -edge.x) * side;
+                if inward.x > 1e-9 {
+                    low = low.max(-inward.y * up / inward.x);
+                } else if inward.x < -1e-9 {
+                    high = high.min(-inward.y * up / inward.x);
+                }
+            }
+        }
+        let (left, slack) = (self.apex.x - self.frame.origin().x, self.frame.resolution());
+        self.columns = span(left + low - slack, left + high + slack, self.frame.resolution(), self.frame.columns());
+        self.column = self.columns.0;
     }
 
     /// Distance and bearing of the centre of the current cell, if it lies in the cone.
@@ -82,7 +117,7 @@ impl Iterator for ConeCells {
         while self.row < self.rows.1 {
             if self.column >= self.columns.1 {
                 self.row += 1;
-                self.column = self.columns.0;
+                self.enter_row();
                 continue;
             }
             let found = self.judge();

@@ -33,9 +33,9 @@ pub fn refine(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &MatchOpt
             normal.hessian + Matrix3::from_diagonal(&(normal.hessian.diagonal() * 1e-6)) + Matrix3::identity() * 1e-6;
         let Some(step) = damped.cholesky().map(|factor| -factor.solve(&normal.gradient)) else { break };
         let Some((next, better)) = descend(map, echoes, &pose, &step, &normal, prior, options) else { break };
-        let moved = next - pose;
+        let (moved, gain) = (next - pose, normal.cost - better.cost);
         (pose, normal) = (next, better);
-        if moved.xy().norm() < 2e-4 && moved.z.abs() < 1e-4 {
+        if (moved.xy().norm() < 2e-4 && moved.z.abs() < 1e-4) || gain < 1e-4 * normal.cost {
             break;
         }
     }

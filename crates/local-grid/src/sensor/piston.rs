@@ -3,7 +3,27 @@
 /// Amplitude of a piston's far field against its axis: `2 J₁(ka sin θ) / (ka sin θ)`, 1 on the axis.
 pub(super) fn amplitude(ka: f64, bearing: f64) -> f64 {
     let x = ka * bearing.sin();
-    if x.abs() < 1e-9 { 1.0 } else { 2.0 * bessel_j1(x) / x }
+    if x * x <= MAIN_LOBE { main_lobe(0.25 * x * x) } else { 2.0 * bessel_j1(x) / x }
+}
+
+/// Square of an argument beyond the first null at 3.83, up to which the short series holds.
+const MAIN_LOBE: f64 = 16.0;
+
+/// `2 J₁(x)/x = Σ (−x²/4)^k / (k! (k+1)!)` for `quarter = x²/4` up to 4: what is left out is below 1e-12.
+fn main_lobe(quarter: f64) -> f64 {
+    const TERMS: usize = 13;
+    const INVERSE: [f64; TERMS] = {
+        let mut inverse = [0.0; TERMS];
+        let mut k = 0;
+        while k < TERMS {
+            let n = k as f64 + 1.0;
+            inverse[k] = 1.0 / (n * (n + 1.0));
+            k += 1;
+        }
+        inverse
+    };
+    // Horner: 1 − q/(1·2) (1 − q/(2·3) (1 − …)).
+    INVERSE.iter().rev().fold(1.0, |sum, inverse| 1.0 - quarter * inverse * sum)
 }
 
 /// The Bessel function of the first kind of order one.
@@ -33,6 +53,14 @@ fn bessel_j1(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_short_series_meets_the_long_one() {
+        for x in [0.001, 0.7, 2.0, 3.3, 3.999] {
+            approx::assert_relative_eq!(main_lobe(0.25 * x * x), 2.0 * bessel_j1(x) / x, epsilon = 1e-11);
+        }
+        assert_eq!(amplitude(17.38, 0.0), 1.0);
+    }
 
     #[test]
     fn bessel_matches_tables() {

@@ -74,8 +74,8 @@ impl Default for SonarCone {
 }
 
 impl SonarCone {
-    /// Below this the trust in a distance is too small to change a cell in single precision.
-    const VANISHING: f64 = 1e-6;
+    /// Where less trust than this is left in a distance, nothing is drawn any more.
+    const VANISHING: f64 = 1e-3;
 
     /// Checks that every option lies where its equation makes sense.
     ///
@@ -122,7 +122,8 @@ impl SonarCone {
     /// `m_v`: the trust left at `distance` metres.
     #[must_use]
     pub fn visibility_at(&self, distance: f64) -> f64 {
-        0.5 * (1.0 - (self.visibility_slope * (distance - self.visibility)).tanh())
+        // 1 − (1 + tanh x)/2 = 1 / (1 + exp 2x).
+        1.0 / (1.0 + (2.0 * self.visibility_slope * (distance - self.visibility)).exp())
     }
 
     /// `D`: the trust left at `bearing` radians from the axis; 0 outside the cone.
@@ -164,11 +165,12 @@ impl SensorModel for SonarCone {
 
     #[expect(clippy::cast_possible_truncation, reason = "degrees in [0, 1]")]
     fn evidence(&self, sounding: Sounding, point: BeamPoint) -> Evidence {
-        let trust = self.angular(point.bearing) * self.visibility_at(point.distance);
+        let empty = self.radial_empty(point.distance, sounding.range);
         let occupied = if sounding.echo { self.radial_occupied(point.distance, sounding.range) } else { 0.0 };
-        Evidence {
-            empty: (trust * self.radial_empty(point.distance, sounding.range)) as f32,
-            occupied: (trust * occupied) as f32,
+        if empty == 0.0 && occupied == 0.0 {
+            return Evidence::default();
         }
+        let trust = self.angular(point.bearing) * self.visibility_at(point.distance);
+        Evidence { empty: (trust * empty) as f32, occupied: (trust * occupied) as f32 }
     }
 }
