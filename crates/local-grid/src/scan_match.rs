@@ -5,7 +5,7 @@ mod track;
 
 use nalgebra::{Isometry2, Matrix3};
 
-use crate::{Ambiguity, LocalMap};
+use crate::{Ambiguity, Heading, LocalMap};
 
 pub use echoes::{Echo, echoes, thinned};
 pub use refine::refine;
@@ -37,7 +37,7 @@ impl Default for MatchOptions {
             echo_sigma: 0.05,
             echoes_per_measurement: 10.0,
             ambiguous_below: 0.03,
-            prior_share: 0.02,
+            prior_share: 1e-3,
             max_steps: 30,
         }
     }
@@ -75,6 +75,15 @@ impl Prior {
     #[must_use]
     pub fn start(map_from_robot: Isometry2<f64>) -> Self {
         Self { map_from_robot, information: Matrix3::zeros() }
+    }
+
+    /// How many standard deviations (Mahalanobis' distance) a pose lies from the guess.
+    #[must_use]
+    pub fn deviation(&self, map_from_robot: &Isometry2<f64>) -> f64 {
+        let turned = Heading::from_radians(map_from_robot.rotation.angle())
+            - Heading::from_radians(self.map_from_robot.rotation.angle());
+        let off = (map_from_robot.translation.vector - self.map_from_robot.translation.vector).push(turned);
+        off.dot(&(self.information * off)).max(0.0).sqrt()
     }
 }
 

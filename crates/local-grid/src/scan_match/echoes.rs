@@ -54,7 +54,7 @@ fn normal(seen: &[Option<(Point2<f64>, Vector2<f64>)>], k: usize, beam: Vector2<
         return None;
     }
     let normal = Vector2::new(-along.y, along.x);
-    let tolerance = 0.02 + 0.003 * points[NEIGHBOURS].coords.norm();
+    let tolerance = 0.04 + 0.003 * points[NEIGHBOURS].coords.norm();
     let straight = points.iter().all(|point| (point - points[0]).dot(&normal).abs() <= tolerance);
     // Steps along a wall change slowly; the jump over a doorway does not.
     let mut longest = 0.0f64;

@@ -32,6 +32,7 @@ pub fn refine(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &MatchOpt
         let damped =
             normal.hessian + Matrix3::from_diagonal(&(normal.hessian.diagonal() * 1e-6)) + Matrix3::identity() * 1e-6;
         let Some(step) = damped.cholesky().map(|factor| -factor.solve(&normal.gradient)) else { break };
+        let step = shortened(step, map.options().max_distance);
         let Some((next, better)) = descend(map, echoes, &pose, &step, &normal, prior, options) else { break };
         let (moved, gain) = (next - pose, normal.cost - better.cost);
         (pose, normal) = (next, better);
@@ -58,6 +59,12 @@ fn where_needed(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &MatchO
     let mut keep = Matrix3::from_diagonal_element(options.prior_share.sqrt());
     keep.fixed_view_mut::<2, 2>(0, 0).copy_from(&scale);
     Prior { map_from_robot: prior.map_from_robot, information: keep * prior.information * keep }
+}
+
+/// A step no longer than the field reaches, and no turn beyond what its linearisation bears.
+fn shortened(step: Vector3<f64>, reach: f64) -> Vector3<f64> {
+    let excess = (step.xy().norm() / reach).max(step.z.abs() / 0.3).max(1.0);
+    step / excess
 }
 
 /// The pose after a step, halved until the cost falls.

@@ -7,13 +7,12 @@ use crate::LocalMap;
 pub struct TrackOptions {
     /// How a scan slides into place.
     pub matching: MatchOptions,
-    /// A match is doubted when a smaller share of echoes than this lies near walls...
+    /// When a smaller share of echoes than this lies near walls, odometry is weighed in fully, and the scan is searched for.
     pub doubted_inliers: f64,
-    /// ...and a greater share than this lies in free space.
-    pub doubted_contradiction: f64,
     /// Where a doubted scan is searched for, around what odometry says.
     pub window: SearchWindow,
-    /// By how much a searched match must score better to be taken.
+    /// By how much a searched match must score better to be taken, and for each standard deviation that it lies further from
+    /// the odometry once more.
     pub margin: f64,
 }
 
@@ -22,24 +21,30 @@ impl Default for TrackOptions {
         Self {
             matching: MatchOptions::default(),
             doubted_inliers: 0.75,
-            doubted_contradiction: 0.08,
             window: SearchWindow { reach: 0.6, turn: 20f64.to_radians(), step: 0.1, ..SearchWindow::default() },
-            margin: 0.03,
+            margin: 0.015,
         }
     }
 }
 
-/// Where the robot is after a step that odometry measured: the scan slides into the map from there, and if it fits badly
-/// it is searched for in a window around.
+/// Where the robot is after a step that odometry measured: the scan slides into the map from there. If few of its echoes
+/// find walls it is held by the odometry, and it is searched for in a window around.
 #[must_use]
 pub fn track(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &TrackOptions) -> Match {
     let slid = refine(map, echoes, prior, &options.matching);
-    if slid.inliers >= options.doubted_inliers || slid.contradiction <= options.doubted_contradiction {
+    if slid.inliers >= options.doubted_inliers {
         return slid;
     }
+    // Much of what the scan saw is new, or it slid astray: few walls hold it, so odometry has its say.
+    let believing = MatchOptions { prior_share: 1.0, ..options.matching.clone() };
+    let held = refine(map, echoes, prior, &believing);
+    let best = if held.score + options.margin >= slid.score { held } else { slid };
+    // The further a pose lies from what odometry says, the better it must fit.
+    let worth = |found: &Match| found.score - options.margin * prior.deviation(&found.map_from_robot);
     let searched = search(map, echoes, &prior.map_from_robot, &options.window, &options.matching);
-    match searched.into_iter().next() {
-        Some(better) if better.score > slid.score + options.margin => better,
-        _ => slid,
+    let better = searched.into_iter().max_by(|a, b| worth(a).total_cmp(&worth(b)));
+    match better {
+        Some(better) if worth(&better) > worth(&best) + options.margin => better,
+        _ => best,
     }
 }
