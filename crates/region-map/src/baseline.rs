@@ -4,9 +4,11 @@ use local_grid::Grid;
 
 use crate::{
     components::components,
+    crop::{Cropped, crop, write_back},
     distance::DistanceField,
+    numbering::number,
     options::SegmentError,
-    segment::{Cropped, crop, number, write_back},
+    plane::Plane,
     watershed::{flood, watershed},
 };
 
@@ -41,7 +43,7 @@ pub fn by_distance(free: &Grid<f32>, depth: f64, ratio: f64, least_area: f64) ->
 fn baseline(
     free: &Grid<f32>,
     least_area: f64,
-    cut: impl Fn(&crate::plane::Plane<bool>, &DistanceField, f64) -> crate::plane::Plane<u32>,
+    cut: impl Fn(&Plane<bool>, &DistanceField, f64) -> Plane<u32>,
 ) -> Result<Grid<u16>, SegmentError> {
     let mut out = Grid::new(*free.frame());
     if let Some(Cropped { plane, origin }) = crop(free, 0.5) {

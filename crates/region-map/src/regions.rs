@@ -14,6 +14,8 @@ pub struct Region {
     pub area: f64,
     /// Centre of area; it may lie outside of the region where this is bent.
     pub centroid: Point2<f64>,
+    /// The place in it that is farthest from walls: a good goal.
+    pub inside: Point2<f64>,
     /// Length of the rectangle with the same second moments, or of the bent strip, in metres.
     pub length: f64,
     /// Width of the rectangle with the same second moments, or of the bent strip, in metres.
@@ -65,14 +67,4 @@ impl Moments {
         let side = |eigenvalue: f64| (12.0 * eigenvalue).max(0.0).sqrt();
         (Vector2::new(x, y), side(middle + spread), side(middle - spread), orientation)
     }
-}
-
-/// Rises from 0 at `low` to 1 at `high`.
-fn ramp(value: f64, low: f64, high: f64) -> f64 {
-    ((value - low) / (high - low)).clamp(0.0, 1.0)
-}
-
-/// Membership in "corridor": long for its width, and narrow.
-pub(crate) fn corridor(elongation: f64, width: f64) -> f64 {
-    ramp(elongation, 2.5, 4.0).min(1.0 - ramp(width, 2.5, 3.5))
 }
