@@ -3,54 +3,39 @@
 use std::collections::BinaryHeap;
 
 use crate::{
+    chords::{Beside, beside},
     components::components,
-    gates::{Beside, Gate, Scale, beside, line},
-    plane::Plane,
+    gates::{Gate, Pinches, Scale},
+    plane::{Plane, cell},
 };
 
-/// Cuts, labels and merges. Returns labels (0 = none) and the gates that stay.
-pub(crate) fn carve(
-    free: &Plane<bool>,
-    gates: &[Gate],
-    scale: Scale,
-    least: f64,
-) -> (Plane<u32>, Vec<(Gate, [u32; 2])>) {
-    let mut open = free.clone();
+/// A piece of fewer cells than a region has is merged before anything else.
+const CRUMB: f64 = 10.0;
+
+/// Labels of free space (0 = none), and the gates that stay with the labels on their sides (−1 and +1).
+pub(crate) struct Carved {
+    pub(crate) labels: Plane<u32>,
+    pub(crate) gates: Vec<(Gate, [u32; 2])>,
+}
+
+/// Cuts at all gates and merges across those that are no bottleneck, the weakest first; `least` cells make a region.
+pub(crate) fn carve(free: &Plane<bool>, pinches: &Pinches, scale: Scale, least: f64) -> Carved {
+    let gates = &pinches.gates;
+    let mut open = pinches.uncracked.clone();
     for gate in gates {
-        line(free, gate).for_each(|cell| open.cells[cell] = false);
+        gate.line(free).for_each(|cell| open.cells[cell] = false);
     }
     let parts = components(&open, 0);
-    let labels = parts.labels(free.rows, free.columns);
-    let sides: Vec<[u32; 2]> = gates.iter().map(|g| [-1.0, 1.0].map(|side| label_beside(&labels, g, side))).collect();
-    let mut pieces = Pieces::new(labels, &parts.sizes(), gates.len(), least, scale);
-    for (gate, floors) in gates.iter().zip(&mut pieces.floors) {
-        if let Some(side) = gate.mouth_of {
-            floors[usize::from(side > 0.0)] = f64::INFINITY;
-        }
-    }
-    let mut queue: BinaryHeap<Weak> =
-        (0..gates.len()).filter_map(|k| pieces.weakness(&gates[k], sides[k], k)).collect();
-    while let Some(weakest) = queue.pop() {
-        // Pieces only grow, so a gate only gains: what was measured before a merger is an upper bound.
-        let Some(now) = pieces.weakness(&gates[weakest.gate], sides[weakest.gate], weakest.gate) else { continue };
-        if now.excess < weakest.excess && queue.peek().is_some_and(|next| now < *next) {
-            queue.push(now);
-        } else if now.excess > 0.0 {
-            pieces.join(gates, &sides, now.gate);
-        } else {
-            break;
-        }
-    }
-    let kept: Vec<usize> =
-        (0..gates.len()).filter(|&k| gates[k].width >= scale.narrowest && pieces.parted(sides[k])).collect();
+    let mut pieces = Pieces::new(parts.labels(free.rows, free.columns), &parts.sizes(), gates, least, scale);
+    pieces.merge(gates);
+    let stays = |k: &usize| pieces.parted(*k);
+    let kept = (0..gates.len()).filter(stays).map(|k| (gates[k], pieces.roots_beside(k))).collect();
+    let Pieces { mut labels, roots, sides, .. } = pieces;
     for (gate, sides) in gates.iter().zip(&sides) {
-        let label = sides[0].max(sides[1]);
-        line(free, gate).for_each(|cell| pieces.labels.cells[cell] = label);
+        gate.line(free).for_each(|cell| labels.cells[cell] = sides[0].max(sides[1]));
     }
-    let Pieces { mut labels, roots, .. } = pieces;
-    let kept = kept.into_iter().map(|k| (gates[k], sides[k].map(|label| roots[label as usize]))).collect();
     labels.cells.iter_mut().for_each(|label| *label = roots[*label as usize]);
-    (labels, kept)
+    Carved { labels, gates: kept }
 }
 
 /// How much too wide a gate is for what lies beside it; the weakest gate is the greatest.
@@ -76,10 +61,14 @@ impl PartialOrd for Weak {
 
 /// Pieces of free space that grow together.
 struct Pieces {
+    /// The piece that each cell belonged to at first, 0 for none.
     labels: Plane<u32>,
-    /// The piece that each first label belongs to now.
+    /// The piece that each first piece belongs to now.
     roots: Vec<u32>,
+    /// Cells of each piece, by its root.
     sizes: Vec<usize>,
+    /// The first pieces on both sides of each gate.
+    sides: Vec<[u32; 2]>,
     /// Least width beside each gate, known from pieces that were swallowed.
     floors: Vec<[f64; 2]>,
     least: f64,
@@ -87,91 +76,125 @@ struct Pieces {
 }
 
 impl Pieces {
-    fn new(labels: Plane<u32>, sizes: &[usize], n_gates: usize, least: f64, scale: Scale) -> Self {
-        let roots = (0..=sizes.len() as u32).collect();
-        Self { labels, roots, sizes: [&[0], sizes].concat(), floors: vec![[0.0; 2]; n_gates], least, scale }
+    fn new(labels: Plane<u32>, sizes: &[usize], gates: &[Gate], least: f64, scale: Scale) -> Self {
+        let roots = (0..).take(sizes.len() + 1).collect();
+        let sides = gates.iter().map(|gate| [-1.0, 1.0].map(|side| label_beside(&labels, gate, side))).collect();
+        // A passage is as wide as its mouth and need not be wider.
+        let floor = |gate: &Gate, side: f64| if gate.mouth_of == Some(side) { f64::INFINITY } else { 0.0 };
+        let floors = gates.iter().map(|gate| [-1.0, 1.0].map(|side| floor(gate, side))).collect();
+        Self { labels, roots, sizes: [&[0], sizes].concat(), sides, floors, least, scale }
     }
 
-    fn parted(&self, sides: [u32; 2]) -> bool {
-        let [a, b] = sides.map(|label| self.roots[label as usize]);
+    /// Merges until every gate that is left is narrow for what lies beside it.
+    fn merge(&mut self, gates: &[Gate]) {
+        let mut queue: BinaryHeap<Weak> = (0..gates.len()).filter_map(|k| self.weakness(gates, k)).collect();
+        while let Some(weakest) = queue.pop() {
+            // Pieces only grow, so a gate only gains: what was measured before a merger is an upper bound.
+            let Some(now) = self.weakness(gates, weakest.gate) else { continue };
+            if now.excess < weakest.excess && queue.peek().is_some_and(|next| now < *next) {
+                queue.push(now);
+            } else if now.excess > 0.0 {
+                self.join(gates, now.gate);
+            } else {
+                break;
+            }
+        }
+    }
+
+    /// The pieces beside a gate as they are now.
+    fn roots_beside(&self, gate: usize) -> [u32; 2] {
+        self.sides[gate].map(|label| self.roots[label as usize])
+    }
+
+    fn parted(&self, gate: usize) -> bool {
+        let [a, b] = self.roots_beside(gate);
         a != 0 && b != 0 && a != b
     }
 
-    fn join(&mut self, gates: &[Gate], sides: &[[u32; 2]], index: usize) {
-        let [a, b] = sides[index].map(|label| self.roots[label as usize]);
-        // What lies behind the gate of a passage is also what the gate at its other end leads to.
-        for (tiny, other, side) in [(a, b, 1.0), (b, a, -1.0)] {
-            if (self.sizes[tiny as usize] as f64) < self.least {
-                let chord =
-                    self.chord(&gates[index], side, other, 3.0).chord.max(self.floors[index][usize::from(side > 0.0)]);
-                for (floors, sides) in self.floors.iter_mut().zip(sides) {
-                    for (floor, &label) in floors.iter_mut().zip(sides) {
-                        if self.roots[label as usize] == tiny {
-                            *floor = floor.max(chord);
-                        }
-                    }
-                }
+    #[expect(clippy::cast_precision_loss, reason = "grids have fewer than 2^52 cells")]
+    fn is_crumb(&self, root: u32) -> bool {
+        (self.sizes[root as usize] as f64) < self.least
+    }
+
+    fn join(&mut self, gates: &[Gate], index: usize) {
+        let [a, b] = self.roots_beside(index);
+        for (crumb, other, side) in [(a, b, 1), (b, a, 0)] {
+            if self.is_crumb(crumb) {
+                // What lies behind the gate of a short passage is also what the gate at its other end leads to.
+                let toward = [-1.0, 1.0][side];
+                let chord = self.space(&gates[index], toward, other, 3.0).chord.max(self.floors[index][side]);
+                self.raise_floors(crumb, chord);
             }
         }
         self.roots.iter_mut().filter(|root| **root == b).for_each(|root| *root = a);
         self.sizes[a as usize] += self.sizes[b as usize];
     }
 
-    /// The excess of a gate, or `None` if it parts nothing.
-    fn weakness(&self, gate: &Gate, sides: [u32; 2], index: usize) -> Option<Weak> {
-        if !self.parted(sides) {
-            return None;
+    /// Lets all gates of a piece know that it leads to something `chord` wide.
+    fn raise_floors(&mut self, root: u32, chord: f64) {
+        for (floors, sides) in self.floors.iter_mut().zip(&self.sides) {
+            for (floor, &label) in floors.iter_mut().zip(sides) {
+                if self.roots[label as usize] == root {
+                    *floor = floor.max(chord);
+                }
+            }
         }
-        let sides = sides.map(|label| self.roots[label as usize]);
-        if sides.iter().any(|&side| (self.sizes[side as usize] as f64) < self.least) {
-            return Some(Weak { excess: 10.0 + gate.cost, gate: index });
-        }
-        if gate.width < self.scale.narrowest {
-            return None;
-        }
-        let limit = threshold(gate.width / self.scale.meter);
-        let (mut least, mut neck) = (f64::INFINITY, 1.0);
-        for ((side, root), floor) in [-1.0, 1.0].into_iter().zip(sides).zip(self.floors[index]) {
-            let space = self.chord(gate, side, root, 1.1 / limit);
-            least = least.min(space.chord.max(floor).max(1e-9));
-            neck += space.neck;
-        }
-        let ratio = gate.width / least;
-        let stout = (neck / (least - gate.width).max(1e-9) - 0.5).clamp(0.0, 1.0)
-            * ((gate.width / self.scale.meter - 1.3) / 0.5).clamp(0.0, 1.0);
-        Some(Weak { excess: ratio + 0.2 * (0.55 - gate.embedding).max(0.0) + 0.15 * stout - limit, gate: index })
     }
 
-    /// The width of a piece beside a gate, as far as `most` times the width of the gate.
-    fn chord(&self, gate: &Gate, side: f64, root: u32, most: f64) -> Beside {
-        let inside = |row, column| self.labels.at(row, column).is_some_and(|label| self.roots[label as usize] == root);
+    /// The excess of a gate, or `None` if it parts nothing.
+    fn weakness(&self, gates: &[Gate], index: usize) -> Option<Weak> {
+        if !self.parted(index) {
+            return None;
+        }
+        let (gate, sides) = (&gates[index], self.roots_beside(index));
+        if sides.into_iter().any(|side| self.is_crumb(side)) {
+            return Some(Weak { excess: CRUMB + gate.cost(), gate: index });
+        }
+        let limit = widest_share(gate.width / self.scale.meter);
+        let (mut chord, mut neck) = (f64::INFINITY, 1.0);
+        for ((side, root), floor) in [-1.0, 1.0].into_iter().zip(sides).zip(self.floors[index]) {
+            let space = self.space(gate, side, root, 1.1 / limit);
+            chord = chord.min(space.chord.max(floor).max(1e-9));
+            neck += space.neck;
+        }
+        let loose = 0.2 * (0.55 - gate.embedding).max(0.0);
+        let excess = gate.width / chord + loose + self.stoutness(gate, chord, neck) - limit;
+        Some(Weak { excess, gate: index })
+    }
+
+    /// A wall is thin for its length. What narrows a wide gate and is about as thick as it stands out is a plant or a
+    /// cupboard.
+    fn stoutness(&self, gate: &Gate, chord: f64, neck: f64) -> f64 {
+        let stout = (neck / (chord - gate.width).max(1e-9) - 0.5).clamp(0.0, 1.0);
+        let wide = ((gate.width / self.scale.meter - 1.3) / 0.5).clamp(0.0, 1.0);
+        0.15 * stout * wide
+    }
+
+    /// The space of a piece beside a gate, as far as `most` times the width of the gate.
+    fn space(&self, gate: &Gate, side: f64, root: u32, most: f64) -> Beside {
+        let inside = |cell| self.labels.at(cell).is_some_and(|label| self.roots[label as usize] == root);
         beside(inside, gate, side, (1.5 * self.scale.meter).max(gate.width), most * gate.width)
     }
 }
 
 /// The largest share of the width beside it that a gate of `width` metres may have.
-fn threshold(width: f64) -> f64 {
-    let ratio = if width < 2.2 {
-        0.87
-    } else if width < 3.0 {
-        0.87 - 0.32 * (width - 2.2) / 0.8
-    } else {
-        0.55 - 0.15 * (width - 3.0)
+///
+/// Up to 2.2 m, the width of a double door, 0.87: hardly narrower than the space is no gate. A wider opening must be a
+/// bottleneck more and more. And the jambs together must stand out by 0.15 m at a narrow door and 0.5 m at a wide one: frames
+/// of doors in a corridor do not.
+fn widest_share(width: f64) -> f64 {
+    let share = match width {
+        _ if width < 2.2 => 0.87,
+        _ if width < 3.0 => 0.87 - 0.4 * (width - 2.2),
+        _ => (0.55 - 0.15 * (width - 3.0)).max(0.25),
     };
-    let gain = 0.15 + 0.35 * ((width - 1.0) / 0.6).clamp(0.0, 1.0);
-    ratio.min(width / (width + gain))
+    let jambs = 0.15 + 0.35 * ((width - 1.0) / 0.6).clamp(0.0, 1.0);
+    share.min(width / (width + jambs))
 }
 
 /// The label on one side of a gate.
 fn label_beside(labels: &Plane<u32>, gate: &Gate, side: f64) -> u32 {
-    let (center, along) = (gate.center(), gate.along());
-    let normal = (-along.1 * side, along.0 * side);
-    for step in 1..6 {
-        let (r, c) = (center.0 + f64::from(step) * normal.0, center.1 + f64::from(step) * normal.1);
-        match labels.at(r.round() as i32, c.round() as i32) {
-            Some(label) if label > 0 => return label,
-            _ => (),
-        }
-    }
-    0
+    let (center, across) = (gate.center(), gate.across(side));
+    let at = |step: i32| cell((center.0 + f64::from(step) * across.0, center.1 + f64::from(step) * across.1));
+    (1..6).filter_map(|step| labels.at(at(step))).find(|&label| label > 0).unwrap_or(0)
 }

@@ -37,20 +37,11 @@ impl DisjointSets {
         item
     }
 
-    /// The name of the set of `item`, without shortening the way.
-    pub(crate) fn peek(&self, mut item: u32) -> u32 {
-        while self.0[item as usize] != item {
-            item = self.0[item as usize];
-        }
-        item
-    }
-
-    /// Joins two sets under the smaller of their names, which is returned.
-    pub(crate) fn join(&mut self, a: u32, b: u32) -> u32 {
+    /// Joins two sets under the smaller of their names.
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find(a), self.find(b));
         let (low, high) = (a.min(b), a.max(b));
         self.0[high as usize] = low;
-        low
     }
 }
 
@@ -68,7 +59,7 @@ pub(crate) fn components(mask: &Plane<bool>, gap: usize) -> Components {
         for columns in runs(mask.row(row)) {
             if gap > 1 && all.len() > first {
                 let last: &Run = &all[all.len() - 1];
-                if columns.start <= last.columns.end + gap - 1 {
+                if columns.start < last.columns.end + gap {
                     pairs.push((all.len() as u32 - 1, all.len() as u32));
                 }
             }

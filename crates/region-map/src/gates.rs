@@ -1,6 +1,11 @@
 //! Where free space is pinched between two walls.
 
-use crate::{distance::DistanceField, plane::Plane};
+use crate::{
+    chords::{beside, reach},
+    distance::DistanceField,
+    mouths::add_mouths,
+    plane::Plane,
+};
 
 /// A straight cut between two wall cells that face each other, in cells.
 #[derive(Debug, Clone, Copy)]
@@ -9,11 +14,7 @@ pub(crate) struct Gate {
     pub(crate) ends: [(i32, i32); 2],
     /// Free width between them in cells.
     pub(crate) width: f64,
-    /// Width over the width of the space on both sides, the worse one.
-    pub(crate) ratio: f64,
-    /// Width as if the jambs were walls in line with the cut: greater where they are not.
-    pub(crate) cost: f64,
-    /// How far the walls go on behind the ends, 0 to 1.
+    /// How far the walls go on behind the ends in line with the cut, from 0 to 1.
     pub(crate) embedding: f64,
     /// On which side (−1 or +1) a passage begins that is no wider than the gate.
     pub(crate) mouth_of: Option<f64>,
@@ -32,14 +33,45 @@ impl Gate {
         let length = dr.hypot(dc).max(1e-9);
         (dr / length, dc / length)
     }
+
+    /// Unit vector across, towards a side (−1 or +1), `(row, column)`.
+    pub(crate) fn across(&self, side: f64) -> (f64, f64) {
+        let (row, column) = self.along();
+        (-column * side, row * side)
+    }
+
+    /// The width, made greater where the ends are not walls in line with the cut: such a cut is less likely a gate.
+    pub(crate) fn cost(&self) -> f64 {
+        self.width * (1.3 - 0.3 * self.embedding)
+    }
+
+    /// The free cells on the straight line between the ends.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between two cells of the plane")]
+    pub(crate) fn line<'a>(&self, free: &'a Plane<bool>) -> impl Iterator<Item = usize> + use<'a> {
+        let [(r0, c0), (r1, c1)] = self.ends;
+        let steps = (r1 - r0).abs().max((c1 - c0).abs()).max(1);
+        let at = move |from: i32, to: i32, k: i32| {
+            (f64::from(from) + f64::from(to - from) * f64::from(k) / f64::from(steps)).round() as usize
+        };
+        (0..=steps).map(move |k| at(r0, r1, k) * free.columns + at(c0, c1, k)).filter(|&index| free.cells[index])
+    }
 }
 
 /// Lengths in cells that decide what a pinch is.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale {
+    /// What is narrower is a crack.
     pub(crate) narrowest: f64,
+    /// What is wider is no gate.
     pub(crate) widest: f64,
+    /// One metre.
     pub(crate) meter: f64,
+}
+
+/// Gates, and free space with its cracks closed.
+pub(crate) struct Pinches {
+    pub(crate) gates: Vec<Gate>,
+    pub(crate) uncracked: Plane<bool>,
 }
 
 /// Finds pairs of wall cells that face each other across free space with nothing else as near to the middle between them
@@ -47,93 +79,52 @@ pub(crate) struct Scale {
 ///
 /// Gates in line with walls come first, narrow before wide. Each is closed before the next is looked at, so that the room
 /// behind a door does not make a corridor look wide.
-pub(crate) fn find_gates(free: &Plane<bool>, field: &DistanceField, scale: Scale) -> Vec<Gate> {
-    let mut candidates = candidates(free, field, scale);
-    candidates.sort_by(|a, b| {
-        (a.embedding < 0.5).cmp(&(b.embedding < 0.5)).then(a.cost.total_cmp(&b.cost)).then(a.ends.cmp(&b.ends))
+pub(crate) fn find_gates(free: &Plane<bool>, field: &DistanceField, scale: Scale) -> Pinches {
+    let mut uncracked = free.clone();
+    let mut found = candidates(free, field, scale, &mut uncracked);
+    found.sort_by(|a, b| {
+        let loose = |gate: &Gate| gate.embedding < 0.5;
+        loose(a).cmp(&loose(b)).then(a.cost().total_cmp(&b.cost())).then(a.ends.cmp(&b.ends))
     });
-    let mut open = free.clone();
-    let mut kept: Vec<Gate> = Vec::new();
-    for mut gate in candidates.iter().copied() {
-        if kept.iter().any(|other| near(&gate, other) && (alike(&gate, other, scale) || cross(&gate, other))) {
-            continue;
-        }
-        gate.ratio = quick_ratio(&open, &gate, scale);
-        if gate.ratio < 0.9 {
-            line(free, &gate).for_each(|cell| open.cells[cell] = false);
+    let mut open = uncracked.clone();
+    let mut kept = Kept::new(free, scale);
+    for &gate in &found {
+        if !kept.overlaps(&gate) && widens(&open, &gate, scale) {
+            gate.line(free).for_each(|cell| open.cells[cell] = false);
             kept.push(gate);
         }
     }
-    mouths(free, field, &candidates, scale, &mut kept);
-    kept
+    add_mouths(field, &found, &mut kept);
+    Pinches { gates: kept.gates, uncracked }
 }
 
-/// Adds the gates where a passage opens into a hall: widening on one side only, but there by far.
-fn mouths(free: &Plane<bool>, field: &DistanceField, candidates: &[Gate], scale: Scale, kept: &mut Vec<Gate>) {
-    let mut found: Vec<(f64, Gate)> = candidates
-        .iter()
-        .filter(|gate| (0.6 * scale.meter..2.5 * scale.meter).contains(&gate.width))
-        .filter_map(|gate| mouth(field, gate))
-        .collect();
-    found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.ends.cmp(&b.1.ends)));
-    for (_, gate) in found {
-        if !kept.iter().any(|other| alike(&gate, other, scale) || cross(&gate, other) || same_passage(&gate, other)) {
-            kept.push(gate);
-        }
-    }
-    let _ = free;
-}
-
-fn same_passage(a: &Gate, b: &Gate) -> bool {
-    let (p, q) = (a.center(), b.center());
-    (p.0 - q.0).hypot(p.1 - q.1) < 2.0 * a.width.min(b.width)
-}
-
-/// The gate as the mouth of a passage, and the clearance of the hall before it.
-fn mouth(field: &DistanceField, gate: &Gate) -> Option<(f64, Gate)> {
-    let (center, along, width) = (gate.center(), gate.along(), gate.width);
-    [-1.0, 1.0].into_iter().find_map(|side| {
-        let clearance = |widths: f64| {
-            let step = side * widths * width;
-            let (row, column) = (center.0 - step * along.1, center.1 + step * along.0);
-            field.squared.at(row.round() as i32, column.round() as i32).map_or(0.0, |squared| f64::from(squared).sqrt())
-        };
-        let hall = clearance(1.5);
-        let passage = [-0.3, -0.7, -1.1].into_iter().all(|w| (0.35 * width..0.7 * width).contains(&clearance(w)));
-        (hall >= 1.2 * width && passage).then(|| (hall / width, Gate { mouth_of: Some(-side), ..*gate }))
-    })
-}
-
-/// Neighbouring cells whose nearest walls lie on opposite sides.
-fn candidates(free: &Plane<bool>, field: &DistanceField, scale: Scale) -> Vec<Gate> {
+/// Neighbouring cells whose nearest walls lie on opposite sides; where that is nearer than a gate, the crack is closed.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating by the language's rule")]
+fn candidates(free: &Plane<bool>, field: &DistanceField, scale: Scale, uncracked: &mut Plane<bool>) -> Vec<Gate> {
     let columns = free.columns;
     let limit = ((scale.widest + 1.0) / 2.0).powi(2) as u32;
     let mut found = Vec::new();
-    for row in 1..free.rows - 1 {
-        for column in 1..columns - 1 {
-            let index = row * columns + column;
-            let squared = field.squared.cells[index];
-            if squared == 0 || squared > limit {
+    for index in columns..free.cells.len() - columns {
+        let squared = field.squared.cells[index];
+        if squared == 0 || squared > limit {
+            continue;
+        }
+        for other in [index + 1, index + columns] {
+            let [a, b] = [index, other].map(|cell| field.nearest.cells[cell]);
+            if a == b || !free.cells[other] {
                 continue;
             }
-            for other in [index + 1, index + columns] {
-                let [a, b] = [index, other].map(|cell| field.nearest.cells[cell]);
-                if a == b || !free.cells[other] {
-                    continue;
-                }
-                let ends = [a, b].map(|wall| free.position(wall as usize));
-                let span = f64::from((ends[0].0 - ends[1].0).pow(2) + (ends[0].1 - ends[1].1).pow(2));
-                // Facing each other: the pair is nearly as far apart as the disc around the cell allows.
-                if span < 3.6 * f64::from(squared) {
-                    continue;
-                }
-                let mut gate =
-                    Gate { ends, width: span.sqrt() - 1.0, ratio: 1.0, cost: 0.0, embedding: 0.0, mouth_of: None };
-                if gate.width > scale.widest {
-                    continue;
-                }
+            let ends = [a, b].map(|wall| free.position(wall as usize));
+            let span = f64::from(ends[0].0 - ends[1].0).powi(2) + f64::from(ends[0].1 - ends[1].1).powi(2);
+            // Facing each other: the pair is nearly as far apart as the disc around the cell allows.
+            let mut gate = Gate { ends, width: span.sqrt() - 1.0, embedding: 0.0, mouth_of: None };
+            if span < 3.6 * f64::from(squared) || gate.width > scale.widest {
+                continue;
+            }
+            if gate.width < scale.narrowest {
+                gate.line(free).for_each(|cell| uncracked.cells[cell] = false);
+            } else {
                 gate.embedding = embedding(free, &gate, 0.5 * scale.meter);
-                gate.cost = gate.width * (1.3 - 0.3 * gate.embedding);
                 found.push(gate);
             }
         }
@@ -141,106 +132,82 @@ fn candidates(free: &Plane<bool>, field: &DistanceField, scale: Scale) -> Vec<Ga
     found
 }
 
-/// The free cells on the straight line between the ends of a gate.
-pub(crate) fn line<'a>(free: &'a Plane<bool>, gate: &Gate) -> impl Iterator<Item = usize> + 'a {
-    let [(r0, c0), (r1, c1)] = gate.ends;
-    let steps = (r1 - r0).abs().max((c1 - c0).abs()).max(1);
-    (0..=steps)
-        .map(move |k| {
-            let at = |from: i32, to: i32| {
-                (f64::from(from) + f64::from(to - from) * f64::from(k) / f64::from(steps)).round() as usize
-            };
-            at(r0, r1) * free.columns + at(c0, c1)
-        })
-        .filter(|&index| free.cells[index])
-}
-
-/// Free length from a point along a direction, in steps of one cell, up to `most`.
-pub(crate) fn reach(inside: impl Fn(i32, i32) -> bool, from: (f64, f64), along: (f64, f64), most: f64) -> f64 {
-    let mut step = 1.0;
-    while step <= most {
-        let (row, column) = (from.0 + step * along.0, from.1 + step * along.1);
-        if !inside(row.round() as i32, column.round() as i32) {
-            return step - 1.0;
-        }
-        step += 1.0;
-    }
-    most
-}
-
-/// The space on one side of a gate, measured by chords parallel to it.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Beside {
-    /// Median length of the chords, in cells.
-    pub(crate) chord: f64,
-    /// How many cells it takes until the chords have gained half of what they gain.
-    pub(crate) neck: f64,
-}
-
-/// Measures the chords on one side of a gate, up to `depth` away.
-pub(crate) fn beside(
-    inside: impl Fn(i32, i32) -> bool + Copy,
-    gate: &Gate,
-    side: f64,
-    depth: f64,
-    most: f64,
-) -> Beside {
-    let (center, along) = (gate.center(), gate.along());
-    let normal = (-along.1 * side, along.0 * side);
-    let mut chords = Vec::new();
-    let stride = (depth / 24.0).floor().max(1.0);
-    let mut step = 1.0;
-    while step <= depth {
-        let from = (center.0 + step * normal.0, center.1 + step * normal.1);
-        if inside(from.0.round() as i32, from.1.round() as i32) {
-            chords.push(1.0 + reach(inside, from, along, most) + reach(inside, from, (-along.0, -along.1), most));
-        } else if step > 2.0 {
-            break;
-        }
-        step += stride;
-    }
-    let mut sorted = chords.clone();
-    sorted.sort_by(f64::total_cmp);
-    let chord = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
-    let half = (gate.width + chord) / 2.0;
-    Beside { chord, neck: chords.iter().position(|&c| c >= half).unwrap_or(chords.len()) as f64 * stride }
-}
-
 /// How far the walls go on behind both ends of the cut, as a share of `depth`.
 fn embedding(free: &Plane<bool>, gate: &Gate, depth: f64) -> f64 {
-    let wall = |row, column| free.at(row, column) != Some(true);
-    let (u, [a, b]) = (gate.along(), gate.ends.map(|(r, c)| (f64::from(r), f64::from(c))));
-    (reach(wall, b, u, depth) + reach(wall, a, (-u.0, -u.1), depth)) / (2.0 * depth.floor().max(1.0))
+    let wall = |cell| free.at(cell) != Some(true);
+    let (along, [a, b]) = (gate.along(), gate.ends.map(|(row, column)| (f64::from(row), f64::from(column))));
+    (reach(wall, b, along, depth) + reach(wall, a, (-along.0, -along.1), depth)) / (2.0 * depth.floor().max(1.0))
 }
 
-fn quick_ratio(free: &Plane<bool>, gate: &Gate, scale: Scale) -> f64 {
-    let inside = |row, column| free.at(row, column) == Some(true);
+/// Whether space is wider on both sides of a gate: a first look that only sorts out what is hopeless.
+fn widens(open: &Plane<bool>, gate: &Gate, scale: Scale) -> bool {
+    let inside = |cell| open.at(cell) == Some(true);
     let depth = scale.meter.max(0.5 * gate.width);
-    let most = 1.0 * gate.width + 2.0;
-    let mut worst = 0.0_f64;
-    for side in [-1.0, 1.0] {
-        worst = worst.max(gate.width / beside(inside, gate, side, depth, most).chord.max(1e-9));
-        if worst > 0.9 {
-            return worst;
-        }
+    [-1.0, 1.0].into_iter().all(|side| gate.width < 0.9 * beside(inside, gate, side, depth, gate.width + 2.0).chord)
+}
+
+/// Gates that do not lie over each other, found again by where they are.
+pub(crate) struct Kept {
+    pub(crate) gates: Vec<Gate>,
+    /// Indices of the gates whose middle lies in each square.
+    squares: Plane<Vec<usize>>,
+    side: i32,
+    scale: Scale,
+}
+
+impl Kept {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few cells, at least one")]
+    fn new(free: &Plane<bool>, scale: Scale) -> Self {
+        let side = (scale.widest + 3.0).clamp(8.0, 1e6) as usize;
+        let (rows, columns) = (free.rows / side + 1, free.columns / side + 1);
+        let squares = Plane { rows, columns, cells: vec![Vec::new(); rows * columns] };
+        Self { gates: Vec::new(), squares, side: i32::try_from(side).unwrap_or(i32::MAX), scale }
     }
-    worst
+
+    /// One metre in cells.
+    pub(crate) fn meter(&self) -> f64 {
+        self.scale.meter
+    }
+
+    fn square(&self, gate: &Gate) -> (i32, i32) {
+        let [(r0, c0), (r1, c1)] = gate.ends;
+        ((r0 + r1) / 2 / self.side, (c0 + c1) / 2 / self.side)
+    }
+
+    #[expect(clippy::cast_sign_loss, reason = "rows and columns of the plane")]
+    pub(crate) fn push(&mut self, gate: Gate) {
+        let (row, column) = self.square(&gate);
+        self.squares.cells[row as usize * self.squares.columns + column as usize].push(self.gates.len());
+        self.gates.push(gate);
+    }
+
+    /// The gates whose middles are within the widest width of the middle of a gate.
+    pub(crate) fn around(&self, gate: &Gate) -> impl Iterator<Item = &Gate> {
+        let (row, column) = self.square(gate);
+        let squares = (-1..=1).flat_map(move |down| (-1..=1).map(move |right| (row + down, column + right)));
+        let indices = squares.filter_map(|square| self.squares.get(square)).flatten();
+        indices.map(|&index| &self.gates[index])
+    }
+
+    /// Whether the gate crosses another or goes from the same wall to the same wall.
+    pub(crate) fn overlaps(&self, gate: &Gate) -> bool {
+        self.around(gate).any(|other| near(gate, other) && (alike(gate, other, self.scale) || cross(gate, other)))
+    }
 }
 
 /// Whether two cuts can touch at all.
 fn near(a: &Gate, b: &Gate) -> bool {
-    let twice = |gate: &Gate| (gate.ends[0].0 + gate.ends[1].0, gate.ends[0].1 + gate.ends[1].1);
-    let (p, q) = (twice(a), twice(b));
-    let (rows, columns) = (f64::from(p.0 - q.0), f64::from(p.1 - q.1));
-    let reach = a.width + b.width + 4.0;
-    rows * rows + columns * columns <= reach * reach
+    let (p, q) = (a.center(), b.center());
+    let reach = (a.width + b.width) / 2.0 + 2.0;
+    (p.0 - q.0).powi(2) + (p.1 - q.1).powi(2) <= reach * reach
 }
 
 /// Whether two cuts go from the same wall to the same wall.
 fn alike(a: &Gate, b: &Gate, scale: Scale) -> bool {
-    let near = |p: (i32, i32), q: (i32, i32)| f64::from(p.0 - q.0).hypot(f64::from(p.1 - q.1)) < 0.3 * scale.meter;
-    let same_ends = (near(a.ends[0], b.ends[0]) && near(a.ends[1], b.ends[1]))
-        || (near(a.ends[0], b.ends[1]) && near(a.ends[1], b.ends[0]));
+    let close = |p: (i32, i32), q: (i32, i32)| f64::from(p.0 - q.0).hypot(f64::from(p.1 - q.1)) < 0.3 * scale.meter;
+    let [a0, a1] = a.ends;
+    let [b0, b1] = b.ends;
+    let same_ends = (close(a0, b0) && close(a1, b1)) || (close(a0, b1) && close(a1, b0));
     let (p, q) = (a.center(), b.center());
     let apart = (p.0 - q.0).hypot(p.1 - q.1);
     let (u, v) = (a.along(), b.along());
@@ -250,8 +217,12 @@ fn alike(a: &Gate, b: &Gate, scale: Scale) -> bool {
 
 fn cross(a: &Gate, b: &Gate) -> bool {
     let turn = |p: (i32, i32), q: (i32, i32), r: (i32, i32)| {
-        (i64::from(q.0 - p.0) * i64::from(r.1 - p.1) - i64::from(q.1 - p.1) * i64::from(r.0 - p.0)).signum()
+        let wide = |to: i32, from: i32| i64::from(to) - i64::from(from);
+        (wide(q.0, p.0) * wide(r.1, p.1) - wide(q.1, p.1) * wide(r.0, p.0)).signum()
     };
-    turn(a.ends[0], a.ends[1], b.ends[0]) * turn(a.ends[0], a.ends[1], b.ends[1]) < 0
-        && turn(b.ends[0], b.ends[1], a.ends[0]) * turn(b.ends[0], b.ends[1], a.ends[1]) < 0
+    let parts = |one: &Gate, two: &Gate| {
+        let [from, to] = one.ends;
+        turn(from, to, two.ends[0]) * turn(from, to, two.ends[1]) < 0
+    };
+    parts(a, b) && parts(b, a)
 }

@@ -2,14 +2,17 @@
 
 pub mod baseline;
 mod carve;
+mod chords;
 mod clean;
 mod components;
 mod crop;
 mod distance;
+pub mod export;
 mod gates;
 mod gateways;
 mod graph;
 mod morphology;
+mod mouths;
 mod names;
 mod numbering;
 mod options;

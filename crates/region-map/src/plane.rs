@@ -23,13 +23,8 @@ impl<T: Copy> Plane<T> {
     }
 
     /// The cell at signed coordinates, if it exists.
-    #[expect(clippy::cast_sign_loss, reason = "checked to be non-negative")]
-    pub(crate) fn at(&self, row: i32, column: i32) -> Option<T> {
-        if row < 0 || column < 0 {
-            return None;
-        }
-        let (row, column) = (row as usize, column as usize);
-        (row < self.rows && column < self.columns).then(|| self.cells[row * self.columns + column])
+    pub(crate) fn at(&self, cell: (i32, i32)) -> Option<T> {
+        self.get(cell).copied()
     }
 
     /// `(row, column)` of an index.
@@ -41,4 +36,18 @@ impl<T: Copy> Plane<T> {
     pub(crate) fn position(&self, index: usize) -> (i32, i32) {
         ((index / self.columns) as i32, (index % self.columns) as i32)
     }
+}
+
+impl<T> Plane<T> {
+    /// The cell at signed coordinates, if it exists.
+    pub(crate) fn get(&self, (row, column): (i32, i32)) -> Option<&T> {
+        let (row, column) = (usize::try_from(row).ok()?, usize::try_from(column).ok()?);
+        if row < self.rows && column < self.columns { Some(&self.cells[row * self.columns + column]) } else { None }
+    }
+}
+
+/// The cell at a place between cell centres, `(row, column)`.
+#[expect(clippy::cast_possible_truncation, reason = "saturating by the language's rule, and looked up with a check")]
+pub(crate) fn cell((row, column): (f64, f64)) -> (i32, i32) {
+    (row.round() as i32, column.round() as i32)
 }

@@ -3,7 +3,7 @@
 use local_grid::Grid;
 
 use crate::{
-    carve::carve,
+    carve::{Carved, carve},
     clean::fill_furniture,
     crop::{Cropped, crop, write_back},
     distance::DistanceField,
@@ -53,7 +53,7 @@ fn run(free: &Grid<f32>, unknown: Option<&Grid<bool>>, options: &Options) -> Res
     let field = DistanceField::new(&plane);
     let least = options.least_area * meter * meter;
     let scale = Scale { narrowest: options.narrowest_gateway * meter, widest: options.widest_gateway * meter, meter };
-    let (mut labels, gates) = carve(&plane, &find_gates(&plane, &field, scale), scale, least);
+    let Carved { mut labels, gates } = carve(&plane, &find_gates(&plane, &field, scale), scale, least);
     drop_crumbs(&mut labels, least);
     flood(&plane, &field, &mut labels);
     let Numbered { labels, names, count } = number(&labels, least)?;

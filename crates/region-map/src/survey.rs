@@ -88,7 +88,6 @@ impl Survey<'_> {
     }
 
     /// Adds the widths `2 D` where the nearest walls of neighbouring cells lie on opposite sides: on the middle line.
-    #[expect(clippy::cast_precision_loss, reason = "squared distances in cells are far below 2^52")]
     fn add_ridges(&self, sums: &mut [Sums], bent: &[bool]) {
         let (squared, nearest) = (&self.field.squared, &self.field.nearest);
         for index in 0..self.labels.cells.len() - self.labels.columns {

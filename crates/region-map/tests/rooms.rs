@@ -9,7 +9,7 @@ use region_map::{Options, RegionMap, local_grid::Grid, segment};
 use crate::plans::{corridor_with_rooms, draw, two_rooms};
 
 fn regions(free: &Grid<f32>) -> RegionMap {
-    segment(free, &Options::default()).unwrap()
+    segment(free, &Options::default()).expect("the options are the defaults")
 }
 
 /// How many regions each region leads to, sorted.

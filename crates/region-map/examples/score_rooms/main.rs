@@ -1,6 +1,9 @@
-//! Scores this crate on floor plans with hand-cut rooms: `score_rooms FOLDER [PICTURES]`.
+//! Scores this crate and two plain baselines on floor plans with hand-cut rooms: `score_rooms FOLDER [PICTURES]`.
 //!
-//! `FOLDER` holds `NAME.png`, `NAME_furniture.png` and `NAME_gt.png`, 0.05 m per pixel, white = free.
+//! `FOLDER` holds `NAME.png`, `NAME_furniture.png` and `NAME_gt.png` (every doorway closed by a line), 0.05 m per pixel,
+//! white = free. `PICTURES` is a folder for pictures of every result over its truth.
+
+#![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
 mod picture;
 mod plan;
@@ -9,67 +12,86 @@ mod score;
 use std::{path::Path, time::Instant};
 
 use region_map::{
+    Options, baseline,
     local_grid::{Grid, GridFrame},
     nalgebra::Point2,
+    segment,
 };
+use score::Score;
 
+/// Metres per pixel of the plans.
 const RESOLUTION: f64 = 0.05;
+/// Regions under one square metre are ignored.
+const LEAST_CELLS: usize = 400;
+
+/// A way to cut a map into regions.
+type Method = fn(&Grid<f32>) -> Result<Grid<u16>, String>;
+
+const METHODS: [(&str, Method); 3] = [
+    ("gateways (segment)", |free| Ok(segment(free, &Options::default()).map_err(text)?.labels)),
+    ("cut below 1.1 m", |free| baseline::by_opening(free, 1.1, 1.0).map_err(text)),
+    ("distance transform", |free| baseline::by_distance(free, 0.2, 0.8, 1.0).map_err(text)),
+];
+
+fn text(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
 
 fn main() -> Result<(), String> {
     let arguments: Vec<String> = std::env::args().collect();
     let folder = Path::new(arguments.get(1).ok_or("usage: score_rooms FOLDER [PICTURES]")?);
     let pictures = arguments.get(2).map(Path::new);
-    let only = arguments.get(3);
-    for suffix in ["", "_furniture"] {
-        println!(
-            "{:24} {:>5} {:>6} {:>9} {:>5} {:>5} {:>6}",
-            "plan", "IoU", "recall", "precision", "found", "true", "ms"
-        );
-        let mut all = Vec::new();
-        let mut times = Vec::new();
-        for name in plan::names(folder) {
-            if only.is_some_and(|o| *o != name) {
-                continue;
-            }
-            let empty = plan::read_grey(&folder.join(format!("{name}{suffix}.png")))?;
-            let truth = plan::read_grey(&folder.join(format!("{name}_gt.png")))?.white_regions();
-            let frame =
-                GridFrame::new(Point2::origin(), RESOLUTION, empty.rows, empty.columns).map_err(|e| e.to_string())?;
-            let cells = empty.grey.iter().map(|&g| if g >= 250 { 1.0_f32 } else { 0.0 }).collect();
-            let free = Grid::from_cells(frame, cells).map_err(|_| "size")?;
-            let mut best = f64::INFINITY;
-            let mut labels = Vec::new();
-            for _ in 0..3 {
-                let start = Instant::now();
-                let map = region_map::segment(&free, &region_map::Options::default()).map_err(|e| e.to_string())?;
-                best = best.min(start.elapsed().as_secs_f64() * 1e3);
-                labels = map.labels.cells().iter().map(|&l| u32::from(l)).collect::<Vec<_>>();
-            }
-            let s = score::score(&labels, &truth, (1.0 / RESOLUTION.powi(2)).round() as usize);
-            println!(
-                "{name:24} {:5.3} {:6.3} {:9.3} {:5} {:5} {best:6.1}",
-                s.iou, s.recall, s.precision, s.found, s.truth
-            );
-            if let Some(out) = pictures {
-                let free: Vec<bool> = free.cells().iter().map(|&c| c > 0.5).collect();
-                picture::write(&out.join(format!("{name}{suffix}.png")), empty.columns, &labels, &truth, &free)?;
-            }
-            all.push(s);
-            times.push(best);
+    for (name, method) in METHODS {
+        for suffix in ["", "_furniture"] {
+            println!("{name}, {}", if suffix.is_empty() { "empty" } else { "furnished" });
+            println!("plan                       IoU recall precision found  true      ms");
+            let pictures = pictures.filter(|_| name == METHODS[0].0);
+            table(folder, suffix, method, pictures)?;
         }
-        times.sort_by(f64::total_cmp);
-        let n = all.len() as f64;
-        let mean = |f: fn(&score::Score) -> f64| all.iter().map(f).sum::<f64>() / n;
-        println!(
-            "{:24} {:5.3} {:6.3} {:9.3} {:5} {:5} {:6.1}\n",
-            "mean (sum, median ms)",
-            mean(|s| s.iou),
-            mean(|s| s.recall),
-            mean(|s| s.precision),
-            all.iter().map(|s| s.found).sum::<usize>(),
-            all.iter().map(|s| s.truth).sum::<usize>(),
-            times[times.len() / 2]
-        );
     }
     Ok(())
+}
+
+/// Scores one method on all plans.
+fn table(folder: &Path, suffix: &str, method: Method, pictures: Option<&Path>) -> Result<(), String> {
+    let mut all = Vec::new();
+    let mut times = Vec::new();
+    for name in plan::names(folder) {
+        let drawn = plan::read_grey(&folder.join(format!("{name}{suffix}.png")))?;
+        let truth = plan::read_grey(&folder.join(format!("{name}_gt.png")))?.white_regions();
+        let frame = GridFrame::new(Point2::origin(), RESOLUTION, drawn.rows, drawn.columns).map_err(text)?;
+        let cells = drawn.grey.iter().map(|&grey| f32::from(u8::from(grey >= 250))).collect();
+        let free = Grid::from_cells(frame, cells).map_err(|_| "a picture of another size than its header says")?;
+        let (labels, milliseconds) = fastest_of_three(method, &free)?;
+        let score = score::score(&labels, &truth, LEAST_CELLS);
+        row(&name, &score, milliseconds);
+        if let Some(out) = pictures {
+            let free: Vec<bool> = free.cells().iter().map(|&cell| cell > 0.5).collect();
+            picture::write(&out.join(format!("{name}{suffix}.png")), drawn.columns, &labels, &truth, &free)?;
+        }
+        all.push(score);
+        times.push(milliseconds);
+    }
+    times.sort_by(f64::total_cmp);
+    let (mean, median) = (Score::mean(&all), times.get(times.len() / 2).ok_or("no NAME_gt.png in the folder")?);
+    row("mean, sum, median", &mean, *median);
+    println!();
+    Ok(())
+}
+
+fn row(name: &str, score: &Score, milliseconds: f64) {
+    let Score { recall, precision, iou, found, truth } = score;
+    println!("{name:24} {iou:5.3} {recall:6.3} {precision:9.3} {found:5} {truth:5} {milliseconds:7.1}");
+}
+
+fn fastest_of_three(method: Method, free: &Grid<f32>) -> Result<(Vec<u32>, f64), String> {
+    let mut best = f64::INFINITY;
+    let mut labels = Vec::new();
+    for _ in 0..3 {
+        let start = Instant::now();
+        let found = method(free)?;
+        best = best.min(start.elapsed().as_secs_f64() * 1e3);
+        labels = found.cells().iter().map(|&label| u32::from(label)).collect();
+    }
+    Ok((labels, best))
 }

@@ -3,7 +3,7 @@
 use std::{fs::File, io::BufWriter, path::Path};
 
 /// Writes found regions as pastel areas, cells of the truth's door lines in red, found borders in black.
-pub fn write(path: &Path, columns: usize, found: &[u32], truth: &[u32], free: &[bool]) -> Result<(), String> {
+pub(crate) fn write(path: &Path, columns: usize, found: &[u32], truth: &[u32], free: &[bool]) -> Result<(), String> {
     let mut rgb = Vec::with_capacity(found.len() * 3);
     for i in 0..found.len() {
         let differs = |j: usize| found.get(j).is_some_and(|&l| l != found[i] && l != 0);
@@ -25,8 +25,9 @@ pub fn write(path: &Path, columns: usize, found: &[u32], truth: &[u32], free: &[
             }
         });
     }
+    let side = |cells: usize| u32::try_from(cells).map_err(|e| e.to_string());
     let file = File::create(path).map_err(|e| e.to_string())?;
-    let mut encoder = png::Encoder::new(BufWriter::new(file), columns as u32, (found.len() / columns) as u32);
+    let mut encoder = png::Encoder::new(BufWriter::new(file), side(columns)?, side(found.len() / columns)?);
     encoder.set_color(png::ColorType::Rgb);
     let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
     writer.write_image_data(&rgb).map_err(|e| e.to_string())

@@ -4,14 +4,14 @@ use std::{collections::VecDeque, fs::File, io::BufReader, path::Path};
 
 /// A grey picture.
 #[derive(Debug, Clone)]
-pub struct Picture {
-    pub rows: usize,
-    pub columns: usize,
-    pub grey: Vec<u8>,
+pub(crate) struct Picture {
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+    pub(crate) grey: Vec<u8>,
 }
 
 /// Reads a PNG as grey, alpha dropped.
-pub fn read_grey(path: &Path) -> Result<Picture, String> {
+pub(crate) fn read_grey(path: &Path) -> Result<Picture, String> {
     let say = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
     let file = File::open(path).map_err(|e| say(&e))?;
     let mut decoder = png::Decoder::new(BufReader::new(file));
@@ -24,15 +24,21 @@ pub fn read_grey(path: &Path) -> Result<Picture, String> {
         .chunks_exact(samples)
         .map(|p| match samples {
             1 | 2 => p[0],
-            _ => ((u32::from(p[0]) * 299 + u32::from(p[1]) * 587 + u32::from(p[2]) * 114) / 1000) as u8,
+            _ => luma([p[0], p[1], p[2]]),
         })
         .collect();
     Ok(Picture { rows: info.height as usize, columns: info.width as usize, grey })
 }
 
+/// Brightness of a colour (ITU-R BT.601).
+fn luma([red, green, blue]: [u8; 3]) -> u8 {
+    let sum = u32::from(red) * 299 + u32::from(green) * 587 + u32::from(blue) * 114;
+    u8::try_from(sum / 1000).unwrap_or(u8::MAX)
+}
+
 impl Picture {
     /// 4-connected regions of white (≥ 250), labelled from 1.
-    pub fn white_regions(&self) -> Vec<u32> {
+    pub(crate) fn white_regions(&self) -> Vec<u32> {
         let mut labels = vec![0; self.grey.len()];
         let mut next = 0;
         let mut queue = VecDeque::new();
@@ -64,7 +70,7 @@ impl Picture {
 }
 
 /// The plans of a folder: every `NAME_gt.png` names one.
-pub fn names(folder: &Path) -> Vec<String> {
+pub(crate) fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .map(|entries| {
             entries

@@ -2,21 +2,35 @@
 
 /// Agreement of one segmentation with the truth.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Score {
+pub(crate) struct Score {
     /// Mean over true rooms of the share inside their best found region.
-    pub recall: f64,
+    pub(crate) recall: f64,
     /// Mean over found regions of the share inside their best true room.
-    pub precision: f64,
+    pub(crate) precision: f64,
     /// Sum of IoU over the best one-to-one assignment, divided by the larger number of regions.
-    pub iou: f64,
+    pub(crate) iou: f64,
     /// Regions found.
-    pub found: usize,
+    pub(crate) found: usize,
     /// Rooms in truth.
-    pub truth: usize,
+    pub(crate) truth: usize,
+}
+
+impl Score {
+    /// Means of the shares, sums of the counts.
+    pub(crate) fn mean(all: &[Self]) -> Self {
+        let mean = |share: fn(&Self) -> f64| all.iter().map(share).sum::<f64>() / all.len().max(1) as f64;
+        Self {
+            recall: mean(|score| score.recall),
+            precision: mean(|score| score.precision),
+            iou: mean(|score| score.iou),
+            found: all.iter().map(|score| score.found).sum(),
+            truth: all.iter().map(|score| score.truth).sum(),
+        }
+    }
 }
 
 /// Scores labels (0 = none) against labels; regions of fewer than `least` cells are ignored on both sides.
-pub fn score(found: &[u32], truth: &[u32], least: usize) -> Score {
+pub(crate) fn score(found: &[u32], truth: &[u32], least: usize) -> Score {
     let (found, found_sizes) = renumber(found, least);
     let (truth, truth_sizes) = renumber(truth, least);
     let (n, m) = (found_sizes.len(), truth_sizes.len());
@@ -54,7 +68,7 @@ fn renumber(labels: &[u32], least: usize) -> (Vec<u32>, Vec<usize>) {
     for label in 1..sizes.len() {
         if sizes[label] >= least.max(1) {
             kept.push(sizes[label]);
-            names[label] = kept.len() as u32;
+            names[label] = u32::try_from(kept.len()).unwrap_or(u32::MAX);
         }
     }
     (labels.iter().map(|&l| names[l as usize]).collect(), kept)
