@@ -21,7 +21,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threshold: 0.5, furniture: 1.2, narrowest_gateway: 0.4, widest_gateway: 4.0, least_area: 1.5 }
+        Self { threshold: 0.5, furniture: 1.1, narrowest_gateway: 0.4, widest_gateway: 4.0, least_area: 1.5 }
     }
 }
 
