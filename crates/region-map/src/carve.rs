@@ -4,7 +4,7 @@ use std::collections::BinaryHeap;
 
 use crate::{
     chords::{Beside, beside},
-    components::components,
+    components::{Components, components},
     gates::{Gate, Pinches, Scale},
     plane::{Plane, cell},
 };
@@ -26,7 +26,7 @@ pub(crate) fn carve(free: &Plane<bool>, pinches: &Pinches, scale: Scale, least: 
         gate.line(free).for_each(|cell| open.cells[cell] = false);
     }
     let parts = components(&open, 0);
-    let mut pieces = Pieces::new(parts.labels(free.rows, free.columns), &parts.sizes(), gates, least, scale);
+    let mut pieces = Pieces::new(free, &parts, gates, least, scale);
     pieces.merge(gates);
     let stays = |k: &usize| pieces.parted(*k);
     let kept = (0..gates.len()).filter(stays).map(|k| (gates[k], pieces.roots_beside(k))).collect();
@@ -76,13 +76,14 @@ struct Pieces {
 }
 
 impl Pieces {
-    fn new(labels: Plane<u32>, sizes: &[usize], gates: &[Gate], least: f64, scale: Scale) -> Self {
-        let roots = (0..).take(sizes.len() + 1).collect();
-        let sides = gates.iter().map(|gate| [-1.0, 1.0].map(|side| label_beside(&labels, gate, side))).collect();
+    fn new(free: &Plane<bool>, parts: &Components, gates: &[Gate], least: f64, scale: Scale) -> Self {
+        let (labels, sizes) = (parts.labels(free.rows, free.columns), [&[0], &parts.sizes()[..]].concat());
+        let roots = (0..).take(sizes.len()).collect();
+        let sides = gates.iter().map(|gate| [-1.0, 1.0].map(|side| label_beside(free, &labels, gate, side))).collect();
         // A passage is as wide as its mouth and need not be wider.
         let floor = |gate: &Gate, side: f64| if gate.mouth_of == Some(side) { f64::INFINITY } else { 0.0 };
         let floors = gates.iter().map(|gate| [-1.0, 1.0].map(|side| floor(gate, side))).collect();
-        Self { labels, roots, sizes: [&[0], sizes].concat(), sides, floors, least, scale }
+        Self { labels, roots, sizes, sides, floors, least, scale }
     }
 
     /// Merges until every gate that is left is narrow for what lies beside it.
@@ -192,9 +193,10 @@ fn widest_share(width: f64) -> f64 {
     share.min(width / (width + jambs))
 }
 
-/// The label on one side of a gate.
-fn label_beside(labels: &Plane<u32>, gate: &Gate, side: f64) -> u32 {
+/// The label on one side of a gate: that of the first labelled cell straight ahead, with no wall before it.
+fn label_beside(free: &Plane<bool>, labels: &Plane<u32>, gate: &Gate, side: f64) -> u32 {
     let (center, across) = (gate.center(), gate.across(side));
     let at = |step: i32| cell((center.0 + f64::from(step) * across.0, center.1 + f64::from(step) * across.1));
-    (1..6).filter_map(|step| labels.at(at(step))).find(|&label| label > 0).unwrap_or(0)
+    let ahead = (1..6).map(at).take_while(|&cell| free.at(cell) == Some(true));
+    ahead.filter_map(|cell| labels.at(cell)).find(|&label| label > 0).unwrap_or(0)
 }
