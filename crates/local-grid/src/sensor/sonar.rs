@@ -77,6 +77,15 @@ impl SonarCone {
     /// Where less trust than this is left in a distance, nothing is drawn any more.
     const VANISHING: f64 = 1e-3;
 
+    /// The model for working grids out of which signatures are cut: it sees to 2.5 m instead of 1.2 m.
+    ///
+    /// The short sight of the default keeps specular echoes out of a map for good, but leaves places little to be told apart
+    /// by; a signature is compared with others that share its illusions, and two of them agree on more.
+    #[must_use]
+    pub fn for_signatures() -> Self {
+        Self { visibility: 2.5, ..Self::default() }
+    }
+
     /// Checks that every option lies where its equation makes sense.
     ///
     /// # Errors
