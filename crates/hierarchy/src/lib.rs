@@ -3,6 +3,7 @@
 mod atlas;
 mod config;
 mod coordinates;
+pub mod evaluate;
 mod event;
 mod front_end;
 mod laser;

@@ -1,0 +1,30 @@
+//! How good a path, a map or a recogniser is: pure functions on what was found and what is true.
+//!
+//! | question | function |
+//! |---|---|
+//! | how far off is a path? | [`absolute_error`], after [`align`] |
+//! | how far off is each step? | [`relative_error`] |
+//! | are the true relations met? | [`relations_error`] |
+//! | does the robot know its place? | [`Contingency`], [`Recognition`] |
+//! | are the walls where they should be? | [`compare_maps`], [`map_score`] |
+
+#[cfg(test)]
+mod agreement;
+mod alignment;
+mod distance_field;
+mod map_match;
+mod path;
+mod path_error;
+mod recognition;
+mod relations;
+mod statistics;
+
+pub use alignment::{Alignment, Fit, align};
+pub use map_match::{MapMatch, WallMatch, compare_maps, map_score};
+pub use path::{PathError, TimedPath};
+pub use path_error::{AbsoluteError, Delta, RelativeError, absolute_error, relative_error};
+pub use recognition::{Contingency, Recognition};
+pub use relations::{
+    ErrorParts, Relation, RelationsError, RelationsOptions, RelationsParseError, read_relations, relations_error,
+};
+pub use statistics::Statistics;
