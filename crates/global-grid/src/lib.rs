@@ -8,6 +8,7 @@ mod derived;
 mod draw;
 mod echo_model;
 mod fan;
+pub mod layers;
 mod map;
 pub mod map_server;
 mod occupancy;
@@ -28,7 +29,7 @@ pub use echo_model::SharedEcho;
 pub use map::GridMap;
 pub use occupancy::{CellCounts, CrispOptions, Occupancy, count_cells, occupancy};
 pub use options::{GridError, GridOptions, SonarModel};
-pub use picture::{PictureError, write_picture};
+pub use picture::{PictureError, write_path, write_picture, write_side_by_side};
 pub use score::{MapScore, score};
 pub use tally::{STRONGEST_EVIDENCE, Tally, UNITS_PER_NAT};
 

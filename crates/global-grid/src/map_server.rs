@@ -9,6 +9,7 @@ mod yaml;
 use local_grid::GridFrame;
 
 pub use image::ImageError;
+pub(crate) use image::Shades;
 pub use read::{MapImage, ReadError, read_image};
 pub use write::{write_pgm, write_yaml};
 pub use yaml::MetadataError;

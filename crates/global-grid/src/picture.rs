@@ -4,7 +4,8 @@ mod font;
 
 use std::io::Write;
 
-use local_grid::{Fuzzy, FuzzyGrid};
+use local_grid::{Fuzzy, FuzzyGrid, GridFrame};
+use nalgebra::{Point2, Vector2};
 
 use font::{GLYPH_HEIGHT, write_text};
 
@@ -17,6 +18,7 @@ const CONTRADICTORY: Rgb = [230, 90, 20];
 const UNEXPLORED: Rgb = [158, 172, 188];
 const INK: Rgb = [40, 44, 52];
 const PAPER: Rgb = [244, 244, 240];
+const PATH: Rgb = [20, 110, 220];
 
 /// Pixels that the longer side of the map should at least have.
 const LEAST_SIDE: usize = 900;
@@ -24,6 +26,8 @@ const LEAST_SIDE: usize = 900;
 const MARGIN: usize = 16;
 /// Pixels of the strip below the map.
 const STRIP: usize = 64;
+/// Pixels of the line of names above maps side by side.
+const TITLE: usize = 16;
 /// Least width that the legend needs.
 const LEGEND_WIDTH: usize = 660;
 
@@ -50,6 +54,17 @@ impl Canvas {
         for y in y..y + height {
             for x in x..x + width {
                 self.set(x, y, color);
+            }
+        }
+    }
+
+    /// A filled disc; what lies beyond the picture is left out.
+    fn dot(&mut self, at: Vector2<f64>, radius: usize, color: Rgb) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating, then clipped")]
+        let (x, y) = (at.x.round() as usize, at.y.round() as usize);
+        for (dy, dx) in (0..=2 * radius).flat_map(|dy| (0..=2 * radius).map(move |dx| (dy, dx))) {
+            if dy.abs_diff(radius).pow(2) + dx.abs_diff(radius).pow(2) <= radius.pow(2) {
+                self.set((x + dx).wrapping_sub(radius), (y + dy).wrapping_sub(radius), color);
             }
         }
     }
@@ -87,6 +102,52 @@ pub fn write_picture(grid: &FuzzyGrid, out: impl Write) -> Result<(), PictureErr
     paint(grid).encode(out).map_err(PictureError::from)
 }
 
+/// As [`write_picture`], with a path drawn over the map: points in metres in the frame of the grid.
+///
+/// # Errors
+///
+/// As [`write_picture`].
+pub fn write_path(grid: &FuzzyGrid, path: &[Point2<f64>], out: impl Write) -> Result<(), PictureError> {
+    let mut canvas = paint(grid);
+    let zoom = zoom_of(grid.frame());
+    for pair in path.windows(2) {
+        let (from, to) = (pixel(grid.frame(), zoom, pair[0]), pixel(grid.frame(), zoom, pair[1]));
+        let steps = (to - from).amax().ceil().max(1.0);
+        let mut step = 0.0;
+        while step <= steps {
+            canvas.dot(from + (to - from) * (step / steps), 1, PATH);
+            step += 1.0;
+        }
+    }
+    for end in [path.first(), path.last()].into_iter().flatten() {
+        canvas.dot(pixel(grid.frame(), zoom, *end), 4, PATH);
+    }
+    canvas.encode(out).map_err(PictureError::from)
+}
+
+/// Draws maps of the same place side by side under their names (small letters, digits, `-`, `.`), with one legend.
+///
+/// # Errors
+///
+/// As [`write_picture`].
+pub fn write_side_by_side(maps: &[(&str, &FuzzyGrid)], out: impl Write) -> Result<(), PictureError> {
+    let zoom = maps.iter().map(|(_, grid)| zoom_of(grid.frame())).min().unwrap_or(1).div_ceil(2);
+    let size = |grid: &FuzzyGrid| (grid.frame().columns() * zoom, grid.frame().rows() * zoom);
+    let width: usize = maps.iter().map(|(_, grid)| size(grid).0 + MARGIN).sum();
+    let height = maps.iter().map(|(_, grid)| size(grid).1).max().unwrap_or(0);
+    let mut canvas = Canvas::new((width + MARGIN).max(LEGEND_WIDTH), TITLE + height + 2 * MARGIN + STRIP, PAPER);
+    let mut left = MARGIN;
+    for (name, grid) in maps {
+        write_text(&mut canvas, left, MARGIN / 2, 2, INK, name);
+        paint_cells(&mut canvas, grid, (left, TITLE + MARGIN), zoom);
+        left += size(grid).0 + MARGIN;
+    }
+    if let Some((_, grid)) = maps.first() {
+        paint_strip(&mut canvas, TITLE + height + 2 * MARGIN, pixels_per_metre(grid.frame(), zoom));
+    }
+    canvas.encode(out).map_err(PictureError::from)
+}
+
 /// Why a picture could not be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -109,18 +170,37 @@ impl From<png::EncodingError> for PictureError {
 }
 
 fn paint(grid: &FuzzyGrid) -> Canvas {
+    let (frame, zoom) = (grid.frame(), zoom_of(grid.frame()));
+    let width = (frame.columns() * zoom + 2 * MARGIN).max(LEGEND_WIDTH);
+    let mut canvas = Canvas::new(width, frame.rows() * zoom + 2 * MARGIN + STRIP, PAPER);
+    paint_cells(&mut canvas, grid, (MARGIN, MARGIN), zoom);
+    paint_strip(&mut canvas, frame.rows() * zoom + 2 * MARGIN, pixels_per_metre(frame, zoom));
+    canvas
+}
+
+fn paint_cells(canvas: &mut Canvas, grid: &FuzzyGrid, (left, top): (usize, usize), zoom: usize) {
     let (rows, columns) = (grid.frame().rows(), grid.frame().columns());
-    let zoom = LEAST_SIDE.div_ceil(rows.max(columns).max(1)).max(1);
-    let width = (columns * zoom + 2 * MARGIN).max(LEGEND_WIDTH);
-    let mut canvas = Canvas::new(width, rows * zoom + 2 * MARGIN + STRIP, PAPER);
     for (index, &cell) in grid.cells().iter().enumerate() {
         let (row, column) = (rows - 1 - index / columns, index % columns);
-        canvas.fill(MARGIN + column * zoom, MARGIN + row * zoom, zoom, zoom, color_of(cell));
+        canvas.fill(left + column * zoom, top + row * zoom, zoom, zoom, color_of(cell));
     }
-    #[expect(clippy::cast_precision_loss, reason = "a zoom is a small number")]
-    let pixels_per_metre = zoom as f64 / grid.frame().resolution();
-    paint_strip(&mut canvas, rows * zoom + 2 * MARGIN, pixels_per_metre);
-    canvas
+}
+
+/// Pixels per cell.
+fn zoom_of(frame: &GridFrame) -> usize {
+    LEAST_SIDE.div_ceil(frame.rows().max(frame.columns()).max(1)).max(1)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a zoom is a small number")]
+fn pixels_per_metre(frame: &GridFrame, zoom: usize) -> f64 {
+    zoom as f64 / frame.resolution()
+}
+
+/// Where on the picture a point lies.
+#[expect(clippy::cast_precision_loss, reason = "sizes of pictures")]
+fn pixel(frame: &GridFrame, zoom: usize, point: Point2<f64>) -> Vector2<f64> {
+    let from_corner = (point - frame.origin()) * pixels_per_metre(frame, zoom);
+    Vector2::new(from_corner.x, (frame.rows() * zoom) as f64 - from_corner.y).add_scalar(MARGIN as f64)
 }
 
 /// Scale bar, north arrow and legend, below the map.
@@ -156,4 +236,58 @@ fn scale_bar(pixels_per_metre: f64) -> (f64, usize) {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 240")]
     let pixels = (length * pixels_per_metre).round() as usize;
     (length, pixels.max(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> FuzzyGrid {
+        let mut grid = FuzzyGrid::new(GridFrame::new(Point2::origin(), 0.1, 20, 30).unwrap());
+        *grid.get_mut(0, 0).unwrap() = Fuzzy { empty: 1.0, occupied: 0.0 };
+        *grid.get_mut(19, 29).unwrap() = Fuzzy { empty: 1.0, occupied: 1.0 };
+        grid
+    }
+
+    fn pixel_at(canvas: &Canvas, x: usize, y: usize) -> &[u8] {
+        &canvas.pixels[3 * (y * canvas.width + x)..][..3]
+    }
+
+    #[test]
+    fn the_four_kinds_of_cells_differ() {
+        let color = |empty, occupied| color_of(Fuzzy { empty, occupied });
+        let kinds = [color(0.0, 0.0), color(1.0, 0.0), color(0.0, 1.0), color(1.0, 1.0)];
+        assert_eq!(kinds, [UNEXPLORED, EMPTY, OCCUPIED, CONTRADICTORY]);
+        assert_eq!(color(f32::NAN, 0.0), [0, 0, 0]); // nonsense is drawn, not fatal
+    }
+
+    #[test]
+    fn north_is_up() {
+        let canvas = paint(&grid());
+        let last = MARGIN + 20 * zoom_of(grid().frame()) - 1;
+        assert_eq!(pixel_at(&canvas, MARGIN, last), EMPTY);
+        assert_eq!(pixel_at(&canvas, MARGIN + 30 * zoom_of(grid().frame()) - 1, MARGIN), CONTRADICTORY);
+    }
+
+    #[test]
+    fn scale_bars_are_round_and_fit() {
+        for (pixels_per_metre, length) in [(20.0, 10.0), (100.0, 2.0), (0.7, 200.0), (250.0, 0.5)] {
+            let bar = scale_bar(pixels_per_metre);
+            approx::assert_relative_eq!(bar.0, length, epsilon = 1e-9);
+            assert!(bar.1 <= 240);
+        }
+    }
+
+    #[test]
+    fn pictures_are_pngs() {
+        let path = [Point2::new(0.05, 0.05), Point2::new(2.9, 1.9), Point2::new(99.0, -99.0)]; // also beyond the map
+        let mut bytes = [Vec::new(), Vec::new()];
+        write_path(&grid(), &path, &mut bytes[0]).unwrap();
+        write_side_by_side(&[("fuzzy", &grid()), ("bayes", &grid())], &mut bytes[1]).unwrap();
+        for bytes in bytes {
+            let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+        }
+    }
 }
