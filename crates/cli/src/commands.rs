@@ -3,8 +3,11 @@ use clap::Subcommand;
 use crate::context::Context;
 use crate::failure::Failure;
 
+pub(crate) mod compare;
 pub(crate) mod convert;
+pub(crate) mod grid;
 pub(crate) mod inspect;
+pub(crate) mod plan;
 pub(crate) mod run;
 pub(crate) mod simulate;
 
@@ -14,6 +17,9 @@ pub(crate) enum Command {
     Run(run::RunArgs),
     Inspect(inspect::InspectArgs),
     Convert(convert::ConvertArgs),
+    Grid(grid::GridArgs),
+    Plan(plan::PlanArgs),
+    Compare(compare::CompareArgs),
     Simulate(simulate::SimulateArgs),
 }
 
@@ -24,6 +30,9 @@ impl Command {
             Self::Run(args) => run::run(args, context),
             Self::Inspect(args) => inspect::run(args, context),
             Self::Convert(args) => convert::run(args, context),
+            Self::Grid(args) => grid::run(args, context),
+            Self::Plan(args) => plan::run(args, context),
+            Self::Compare(args) => compare::run(args, context),
             Self::Simulate(args) => simulate::run(args, context),
         }
     }
