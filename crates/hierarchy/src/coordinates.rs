@@ -27,6 +27,10 @@ pub struct Relaxation {
 }
 
 impl Coordinates {
+    pub(crate) fn restored(map_from_place: Vec<Isometry2<f64>>, sweeps: usize) -> Self {
+        Self { map_from_place, sweeps }
+    }
+
     /// Where a place is and how its axes are turned; the identity for one that has never been placed.
     #[must_use]
     pub fn map_from_place(&self, place: PlaceId) -> Isometry2<f64> {

@@ -5,7 +5,7 @@ use robot_log::{Entry, EntryKind};
 use crate::HeadingMode;
 use crate::config::Config;
 use crate::laser::LaserTrack;
-use crate::tracker::Tracker;
+use crate::tracker::{Tracker, TrackerState};
 use crate::trajectory::Sample;
 
 /// The lowest level at work: where the robot is, locally, and what is around it now.
@@ -46,6 +46,23 @@ impl FrontEnd {
             scans_may_hold: config.heading.source != HeadingMode::Odometry,
             odom_from_robot: Isometry2::identity(),
         }
+    }
+
+    /// The front end as it was after the last of some samples.
+    pub(crate) fn restored(
+        config: &Config,
+        tracker: &TrackerState,
+        held_by_scans: bool,
+        samples: &[Sample],
+    ) -> Result<Self, SenseError> {
+        let lasers = samples.iter().filter(|sample| sample.scan.sensor().kind() == SensorKind::Laser);
+        let laser_track = if held_by_scans {
+            Some(LaserTrack::restored(lasers.map(|sample| (&sample.track_from_robot, &sample.scan)))?)
+        } else {
+            None
+        };
+        let odom_from_robot = samples.last().map_or_else(Isometry2::identity, |sample| sample.odom_from_robot);
+        Ok(Self { tracker: Tracker::restored(config, tracker), laser_track, odom_from_robot, ..Self::new(config) })
     }
 
     /// Follows one entry.

@@ -23,6 +23,18 @@ impl LaserTrack {
         Self { map, options: TrackOptions::default(), last: None, drawn: None }
     }
 
+    /// The map that some scans have left behind, each drawn where it was taken.
+    pub(crate) fn restored<'a>(
+        scans: impl Iterator<Item = (&'a Isometry2<f64>, &'a Scan)>,
+    ) -> Result<Self, LocalMapError> {
+        let mut track = Self::new();
+        for (pose, scan) in scans {
+            track.last = Some(*pose);
+            track.draw(*pose, scan)?;
+        }
+        Ok(track)
+    }
+
     /// Fits a scan near the pose that odometry predicts and draws it; `None` for the first one, which defines the frame.
     pub(crate) fn follow(&mut self, predicted: &Isometry2<f64>, scan: &Scan) -> Result<Option<Match>, LocalMapError> {
         let found = self.last.map(|last| {

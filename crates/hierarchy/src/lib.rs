@@ -12,6 +12,7 @@ mod metrics;
 mod problem;
 mod reach;
 mod recognize;
+mod session;
 mod sight;
 mod summary;
 mod tally;
@@ -34,6 +35,7 @@ pub use metrics::{
 };
 pub use problem::{Problem, RelaxationError};
 pub use recognize::{Closure, Verdict};
+pub use session::SessionError;
 pub use tally::Tally;
 pub use tracker::{Tracker, Travel};
 pub use trajectory::{Anchor, Sample, Trajectory};

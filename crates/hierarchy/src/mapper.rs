@@ -1,10 +1,11 @@
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use global_grid::SonarModel;
 use nalgebra::{Isometry2, Point2};
 use robot_log::Entry;
 use robot_log::local_grid::{FrameError, FuzzyGrid, Signature, SonarCone};
-use topo_map::{Displacement, PlaceId, TopoMap, Turn};
+use topo_map::{Displacement, Link, PlaceId, TopoMap, Turn};
 
 use crate::config::{Config, ConfigError, RelaxationPolicy};
 use crate::coordinates::{Coordinates, Relaxation};
@@ -12,8 +13,10 @@ use crate::event::Event;
 use crate::front_end::{FrontEnd, SenseError, Sensed};
 use crate::problem::RelaxationError;
 use crate::recognize::{Closure, Recognizer, Verdict};
+use crate::session::v1::topology;
 use crate::sight::Sight;
 use crate::tally::Tally;
+use crate::tracker::TrackerState;
 use crate::trajectory::{Anchor, Sample, Trajectory};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.
@@ -40,6 +43,22 @@ pub struct Mapper {
     coordinates: Coordinates,
     recognizer: Recognizer,
     tally: Tally,
+    names: BTreeMap<PlaceId, String>,
+}
+
+/// What a session holds of a mapper.
+pub(crate) struct Restored {
+    pub(crate) config: Config,
+    pub(crate) trajectory: Trajectory,
+    pub(crate) visits: Vec<u32>,
+    pub(crate) poses: Vec<Isometry2<f64>>,
+    pub(crate) links: Vec<Link>,
+    pub(crate) closures: Vec<Closure>,
+    pub(crate) tally: Tally,
+    pub(crate) tracker: TrackerState,
+    pub(crate) held_by_scans: bool,
+    pub(crate) sweeps: usize,
+    pub(crate) names: BTreeMap<PlaceId, String>,
 }
 
 /// Why an entry could not be taken in.
@@ -98,6 +117,34 @@ impl Mapper {
             coordinates: Coordinates::default(),
             recognizer: Recognizer::new(&config),
             tally: Tally::default(),
+            names: BTreeMap::new(),
+            config,
+        })
+    }
+
+    /// The mapper that a session holds; signatures and the map of walls are drawn again from the scans.
+    pub(crate) fn restored(from: Restored) -> Result<Self, MapperError> {
+        let Restored { config, trajectory, visits, links, .. } = from;
+        let (sight, samples) = (Sight::default(), trajectory.samples());
+        let mut signatures = Vec::with_capacity(visits.len());
+        let blank = sight.signature(Point2::origin(), &[])?;
+        signatures.resize(visits.len(), blank);
+        for (index, anchor) in trajectory.anchors().iter().enumerate() {
+            let until = trajectory.anchors().get(index + 1).map_or(samples.len(), |next| next.sample);
+            let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
+            let seen = &samples[first_since(samples, anchor.travelled - config.places.spacing_m).min(until)..until];
+            signatures[anchor.place.index()] = sight.signature(track_from_place.translation.vector.into(), seen)?;
+        }
+        let map = topology(&visits, links, |place| Arc::clone(&signatures[place.index()]))?;
+        Ok(Self {
+            front_end: FrontEnd::restored(&config, &from.tracker, from.held_by_scans, samples)?,
+            sight,
+            map,
+            coordinates: Coordinates::restored(from.poses, from.sweeps),
+            recognizer: Recognizer::restored(&config, from.closures),
+            tally: from.tally,
+            names: from.names,
+            trajectory,
             config,
         })
     }
@@ -209,8 +256,7 @@ impl Mapper {
     /// The scans taken since the robot had `travelled` so far, less one spacing: those that show the place where it was.
     fn seen_since(&self, travelled: f64) -> &[Sample] {
         let samples = self.trajectory.samples();
-        let start = travelled - self.config.places.spacing_m;
-        &samples[samples.partition_point(|sample| sample.travelled < start)..]
+        &samples[first_since(samples, travelled - self.config.places.spacing_m)..]
     }
 
     fn anchor(&mut self, place: PlaceId, stamp: f64, place_from_robot: Isometry2<f64>) {
@@ -270,6 +316,30 @@ impl Mapper {
 
     fn track_from_robot(&self) -> Isometry2<f64> {
         self.front_end.tracker.track_from_robot()
+    }
+
+    pub(crate) fn tracker_state(&self) -> TrackerState {
+        self.front_end.tracker.state()
+    }
+
+    pub(crate) fn is_held_by_scans(&self) -> bool {
+        self.front_end.is_held_by_scans()
+    }
+
+    /// The names that people gave to places, by place.
+    pub fn names(&self) -> impl Iterator<Item = (PlaceId, &str)> + '_ {
+        self.names.iter().map(|(place, name)| (*place, name.as_str()))
+    }
+
+    /// Gives a place a name, or takes it away with an empty one; answers whether there is such a place.
+    pub fn name(&mut self, place: PlaceId, name: &str) -> bool {
+        let exists = self.map.place(place).is_some();
+        if exists && name.is_empty() {
+            self.names.remove(&place);
+        } else if exists {
+            self.names.insert(place, name.to_owned());
+        }
+        exists
     }
 
     /// The configuration in use.
@@ -368,6 +438,11 @@ impl Mapper {
 const POSITION_FLOOR: f64 = 0.02;
 /// The least variance of a turn between places, in rad²: (0.3°)².
 const TURN_FLOOR: f64 = 2.7e-5;
+
+/// The first sample taken after `travelled` metres.
+fn first_since(samples: &[Sample], travelled: f64) -> usize {
+    samples.partition_point(|sample| sample.travelled < travelled)
+}
 
 fn relaxed(relaxation: Relaxation) -> Event {
     let Relaxation { sweeps, energy_before, energy_after, max_shift } = relaxation;

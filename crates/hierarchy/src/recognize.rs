@@ -67,8 +67,6 @@ pub enum Verdict {
         /// The most that did.
         agreed: usize,
     },
-    /// The views around it agree on another shift.
-    Outvoted,
 }
 
 impl std::fmt::Display for Verdict {
@@ -76,7 +74,6 @@ impl std::fmt::Display for Verdict {
         match self {
             Self::Accepted { agreed, log_odds } => write!(f, "{agreed} views agree, log odds {log_odds:.1}"),
             Self::NoAgreement { agreed } => write!(f, "only {agreed} successive views agreed"),
-            Self::Outvoted => f.write_str("the views around it agree on another spot"),
         }
     }
 }
@@ -145,6 +142,11 @@ impl Recognizer {
             stretch: VecDeque::new(),
             closures: Vec::new(),
         }
+    }
+
+    /// A recognizer that remembers its decisions and begins a new stretch.
+    pub(crate) fn restored(config: &Config, closures: Vec<Closure>) -> Self {
+        Self { closures, ..Self::new(config) }
     }
 
     /// Every resemblance that was decided, in the order of the decisions.

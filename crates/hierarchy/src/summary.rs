@@ -15,11 +15,12 @@ impl Mapper {
     pub fn atlas(&self) -> Atlas {
         let (map, coordinates) = (self.topology(), self.coordinates());
         let before = self.dead_reckoned();
+        let names: std::collections::BTreeMap<_, _> = self.names().collect();
         let place = |place: &topo_map::Place<_>| {
             let map_from_place = coordinates.map_from_place(place.id);
             AtlasPlace {
                 id: place.id,
-                name: None,
+                name: names.get(&place.id).map(|name| (*name).to_owned()),
                 visited: place.is_visited(),
                 visits: place.visits,
                 position: map_from_place.translation.vector.into(),
@@ -110,7 +111,7 @@ impl Mapper {
             energy_before,
             energy_after,
             energy_optimum,
-            relative_gap: if energy_before > 0.0 { excess / energy_before } else { 0.0 },
+            relative_gap: if energy_before > 1e-12 { excess / energy_before } else { 0.0 },
             sweeps: self.coordinates().sweeps(),
             solver: solver.into(),
             max_shift_m,

@@ -21,6 +21,12 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// The counts of entries, scans and readings, as a session holds them.
+    pub(crate) fn restored(counts: [u64; 3], path_length: f64, stamps: Option<(f64, f64)>) -> Self {
+        let [entries, scans, readings] = counts.map(|count| usize::try_from(count).unwrap_or(usize::MAX));
+        Self { entries, scans, readings, path_length, stamps, last_odometry: None }
+    }
+
     /// Refuses an entry that is not finite or comes too late.
     pub(crate) fn check(&self, entry: &Entry) -> Result<(), MapperError> {
         let stamp = entry.stamp;

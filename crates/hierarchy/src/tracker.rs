@@ -45,6 +45,20 @@ impl Default for Travel {
     }
 }
 
+/// What a tracker cannot make again: its pose `(x, y, heading)`, its last odometry, and what is uncertain.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct TrackerState {
+    last_odometry: Option<[f64; 3]>,
+    track_from_robot: [f64; 3],
+    heading_variance: f64,
+    since_compass: f64,
+    seen_compass: bool,
+    compass_offset: f64,
+    tied: bool,
+    travelled: f64,
+    since_place: [f64; 6],
+}
+
 /// Noise rates in SI units.
 #[derive(Debug, Clone, Copy)]
 struct Noise {
@@ -79,6 +93,39 @@ impl Tracker {
             tied: false,
             travelled: 0.0,
             since_place: Travel::default(),
+        }
+    }
+
+    pub(crate) fn state(&self) -> TrackerState {
+        let plain = |pose: &Isometry2<f64>| [pose.translation.x, pose.translation.y, pose.rotation.angle()];
+        let Travel { path, distance_variance, position: p, turn_variance } = self.since_place;
+        TrackerState {
+            last_odometry: self.last_odometry.as_ref().map(plain),
+            track_from_robot: plain(&self.track_from_robot),
+            heading_variance: self.heading_variance,
+            since_compass: self.since_compass,
+            seen_compass: self.seen_compass,
+            compass_offset: self.compass_offset,
+            tied: self.tied,
+            travelled: self.travelled,
+            since_place: [path, distance_variance, p[(0, 0)], p[(0, 1)], p[(1, 1)], turn_variance],
+        }
+    }
+
+    pub(crate) fn restored(config: &Config, state: &TrackerState) -> Self {
+        let isometry = |[x, y, heading]: [f64; 3]| Isometry2::new(Vector2::new(x, y), heading);
+        let [path, distance_variance, xx, xy, yy, turn_variance] = state.since_place;
+        Self {
+            last_odometry: state.last_odometry.map(isometry),
+            track_from_robot: isometry(state.track_from_robot),
+            heading_variance: state.heading_variance,
+            since_compass: state.since_compass,
+            seen_compass: state.seen_compass,
+            compass_offset: state.compass_offset,
+            tied: state.tied,
+            travelled: state.travelled,
+            since_place: Travel { path, distance_variance, position: Matrix2::new(xx, xy, xy, yy), turn_variance },
+            ..Self::new(config)
         }
     }
 

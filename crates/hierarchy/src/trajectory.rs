@@ -58,6 +58,10 @@ impl Trajectory {
         &self.anchors
     }
 
+    pub(crate) fn restored(samples: Vec<Sample>, anchors: Vec<Anchor>) -> Self {
+        Self { samples, anchors }
+    }
+
     pub(crate) fn push_sample(&mut self, sample: Sample) {
         self.samples.push(sample);
     }
