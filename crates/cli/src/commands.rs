@@ -5,16 +5,20 @@ use crate::failure::Failure;
 
 pub(crate) mod compare;
 pub(crate) mod convert;
+pub(crate) mod demo;
 pub(crate) mod grid;
 pub(crate) mod inspect;
 pub(crate) mod plan;
+pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod simulate;
 
 /// One command each: its arguments, declared in its own file.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    Demo(demo::DemoArgs),
     Run(run::RunArgs),
+    Resume(resume::ResumeArgs),
     Inspect(inspect::InspectArgs),
     Convert(convert::ConvertArgs),
     Grid(grid::GridArgs),
@@ -27,7 +31,9 @@ impl Command {
     /// Does what the command says.
     pub(crate) fn run(&self, context: &Context) -> Result<(), Failure> {
         match self {
+            Self::Demo(args) => demo::run(args, context),
             Self::Run(args) => run::run(args, context),
+            Self::Resume(args) => resume::run(args, context),
             Self::Inspect(args) => inspect::run(args, context),
             Self::Convert(args) => convert::run(args, context),
             Self::Grid(args) => grid::run(args, context),

@@ -4,6 +4,7 @@ use hierarchy::Mapper;
 use nalgebra::Isometry2;
 
 use crate::commands::run::Finished;
+use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::render::topology;
 use crate::run_folder::RunFolder;
@@ -12,7 +13,7 @@ use crate::run_folder::RunFolder;
 pub(crate) fn write(folder: &mut RunFolder, finished: &Finished) -> Result<(), Failure> {
     let Finished { mapper, gridmap, .. } = finished;
     write_map(folder, finished)?;
-    let atlas = mapper.atlas();
+    let atlas = mapper.atlas().map_err(|error| Failure::new(Exit::Failed, "map", error.to_string()))?;
     folder.write("map.png", "the gridmap to look at: empty, occupied, contradictory, unexplored", |out| {
         global_grid::write_picture(gridmap, out).map_err(io::Error::other)
     })?;
@@ -31,6 +32,9 @@ pub(crate) fn write(folder: &mut RunFolder, finished: &Finished) -> Result<(), F
     })?;
     folder.write("loops.csv", "every closure that was weighed, and why it holds or not", |out| {
         write_loops(out, mapper)
+    })?;
+    folder.write("session.hmap", "the map to go on with: topogrid resume", |mut out| {
+        mapper.save(&mut out).map_err(io::Error::other)
     })?;
     folder
         .write("config.toml", "the effective configuration", |out| out.write_all(mapper.config().to_toml().as_bytes()))

@@ -5,7 +5,7 @@ use robot_log::{Entry, EntryKind};
 use crate::HeadingMode;
 use crate::config::Config;
 use crate::laser::LaserTrack;
-use crate::tracker::{Tracker, TrackerState};
+use crate::tracker::Tracker;
 use crate::trajectory::Sample;
 
 /// The lowest level at work: where the robot is, locally, and what is around it now.
@@ -51,7 +51,7 @@ impl FrontEnd {
     /// The front end as it was after the last of some samples.
     pub(crate) fn restored(
         config: &Config,
-        tracker: &TrackerState,
+        tracker: Tracker,
         held_by_scans: bool,
         samples: &[Sample],
     ) -> Result<Self, SenseError> {
@@ -62,7 +62,7 @@ impl FrontEnd {
             None
         };
         let odom_from_robot = samples.last().map_or_else(Isometry2::identity, |sample| sample.odom_from_robot);
-        Ok(Self { tracker: Tracker::restored(config, tracker), laser_track, odom_from_robot, ..Self::new(config) })
+        Ok(Self { tracker, laser_track, odom_from_robot, ..Self::new(config) })
     }
 
     /// Follows one entry.

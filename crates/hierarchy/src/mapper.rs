@@ -16,7 +16,7 @@ use crate::recognize::{Closure, Recognizer, Verdict};
 use crate::session::v1::topology;
 use crate::sight::Sight;
 use crate::tally::Tally;
-use crate::tracker::TrackerState;
+use crate::tracker::{Tracker, TrackerState};
 use crate::trajectory::{Anchor, Sample, Trajectory};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.
@@ -55,7 +55,7 @@ pub(crate) struct Restored {
     pub(crate) links: Vec<Link>,
     pub(crate) closures: Vec<Closure>,
     pub(crate) tally: Tally,
-    pub(crate) tracker: TrackerState,
+    pub(crate) tracker: Tracker,
     pub(crate) held_by_scans: bool,
     pub(crate) sweeps: usize,
     pub(crate) names: BTreeMap<PlaceId, String>,
@@ -137,7 +137,7 @@ impl Mapper {
         }
         let map = topology(&visits, links, |place| Arc::clone(&signatures[place.index()]))?;
         Ok(Self {
-            front_end: FrontEnd::restored(&config, &from.tracker, from.held_by_scans, samples)?,
+            front_end: FrontEnd::restored(&config, from.tracker, from.held_by_scans, samples)?,
             sight,
             map,
             coordinates: Coordinates::restored(from.poses, from.sweeps),

@@ -1,7 +1,7 @@
-use nalgebra::{Isometry2, Matrix3, Point2, Rotation2};
+use nalgebra::{Isometry2, Matrix2, Matrix3, Point2, Rotation2};
 use relaxation::{
-    Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring, Solver, Spring, descend,
-    relax_poses, sweep,
+    Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring, Solver,
+    Spring, descend, relax_poses, sweep,
 };
 use topo_map::{Link, TopoMap};
 
@@ -87,6 +87,25 @@ impl Problem {
         }
     }
 
+    /// The covariance of every position relative to the first place, in m², with the headings taken as known.
+    ///
+    /// # Errors
+    ///
+    /// Headings that make a link no spring.
+    pub fn covariances(&self, poses: &[Isometry2<f64>]) -> Result<Vec<Matrix2<f64>>, RelaxationError> {
+        let of = |network: &Network| {
+            let covariance = Covariance::new(network);
+            (0..network.len()).map(|node| covariance.node(node)).collect()
+        };
+        match self {
+            Self::Positions(network) => Ok(of(network)),
+            Self::Poses(graph) => {
+                let headings: Vec<f64> = poses.iter().map(|pose| pose.rotation.angle()).collect();
+                Ok(of(&graph.network(&headings)?))
+            }
+        }
+    }
+
     /// The least energy there is, found without any start: what checks the relaxation.
     ///
     /// # Errors
@@ -113,7 +132,7 @@ fn pose_spring(link: &Link) -> PoseSpring {
     let back = Rotation2::new(-change).into_inner();
     let seen = back * displacement.covariance * back.transpose();
     let mut information = Matrix3::zeros();
-    let inverse = seen.try_inverse().unwrap_or_else(nalgebra::Matrix2::zeros);
+    let inverse = seen.try_inverse().unwrap_or_else(Matrix2::zeros);
     information.fixed_view_mut::<2, 2>(0, 0).copy_from(&((inverse + inverse.transpose()) * 0.5));
     information[(2, 2)] = 1.0 / variance;
     let from_to = Pose::new(displacement.vector.x, displacement.vector.y, change);

@@ -11,9 +11,13 @@ use crate::problem::Problem;
 
 impl Mapper {
     /// The topological map with its coordinates, as pictures, tables and exports need it.
-    #[must_use]
-    pub fn atlas(&self) -> Atlas {
+    ///
+    /// # Errors
+    ///
+    /// Links that cannot be relaxed.
+    pub fn atlas(&self) -> Result<Atlas, MapperError> {
         let (map, coordinates) = (self.topology(), self.coordinates());
+        let covariances = coordinates.problem(map)?.covariances(&coordinates.padded(map))?;
         let before = self.dead_reckoned();
         let names: std::collections::BTreeMap<_, _> = self.names().collect();
         let place = |place: &topo_map::Place<_>| {
@@ -26,13 +30,13 @@ impl Mapper {
                 position: map_from_place.translation.vector.into(),
                 heading: map_from_place.rotation.angle(),
                 dead_reckoned: before.get(place.id.index()).copied().unwrap_or_else(Point2::origin),
-                ellipse: None,
+                ellipse: covariances.get(place.id.index()).map(ellipse),
             }
         };
-        Atlas {
+        Ok(Atlas {
             places: map.places().iter().map(place).collect(),
             links: map.links().iter().map(|link| self.atlas_link(link)).collect(),
-        }
+        })
     }
 
     fn atlas_link(&self, link: &Link) -> AtlasLink {
@@ -152,4 +156,13 @@ impl Mapper {
         graph.fixed.extend(map.places().first().map(|place| u64::from(place.id.0)));
         graph
     }
+}
+
+/// The one-σ ellipse of a covariance: half axes, the long one first, and its direction in radians.
+fn ellipse(covariance: &Matrix2<f64>) -> ([f64; 2], f64) {
+    let eigen = covariance.symmetric_eigen();
+    let long = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
+    let half = |axis: usize| eigen.eigenvalues[axis].max(0.0).sqrt();
+    let axis = eigen.eigenvectors.column(long);
+    ([half(long), half(1 - long)], f64::atan2(axis[1], axis[0]))
 }

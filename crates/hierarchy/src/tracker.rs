@@ -1,7 +1,9 @@
 use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
 use robot_log::local_grid::{Heading, Match};
 
-use crate::{HeadingMode, config::Config};
+use crate::config::{Config, HeadingMode};
+use crate::session::SessionError;
+use crate::session::v1::{Pose, isometry, pose};
 
 /// Dead reckoning with whatever knows the heading best: the robot's pose in the `track` frame, which is locally
 /// right and drifts, with the uncertainty gathered since the last place.
@@ -45,11 +47,11 @@ impl Default for Travel {
     }
 }
 
-/// What a tracker cannot make again: its pose `(x, y, heading)`, its last odometry, and what is uncertain.
+/// What a tracker cannot make again: its pose, its last odometry, and what is uncertain.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TrackerState {
-    last_odometry: Option<[f64; 3]>,
-    track_from_robot: [f64; 3],
+    last_odometry: Option<Pose>,
+    track_from_robot: Pose,
     heading_variance: f64,
     since_compass: f64,
     seen_compass: bool,
@@ -97,11 +99,10 @@ impl Tracker {
     }
 
     pub(crate) fn state(&self) -> TrackerState {
-        let plain = |pose: &Isometry2<f64>| [pose.translation.x, pose.translation.y, pose.rotation.angle()];
         let Travel { path, distance_variance, position: p, turn_variance } = self.since_place;
         TrackerState {
-            last_odometry: self.last_odometry.as_ref().map(plain),
-            track_from_robot: plain(&self.track_from_robot),
+            last_odometry: self.last_odometry.as_ref().map(pose),
+            track_from_robot: pose(&self.track_from_robot),
             heading_variance: self.heading_variance,
             since_compass: self.since_compass,
             seen_compass: self.seen_compass,
@@ -112,12 +113,11 @@ impl Tracker {
         }
     }
 
-    pub(crate) fn restored(config: &Config, state: &TrackerState) -> Self {
-        let isometry = |[x, y, heading]: [f64; 3]| Isometry2::new(Vector2::new(x, y), heading);
+    pub(crate) fn restored(config: &Config, state: &TrackerState) -> Result<Self, SessionError> {
         let [path, distance_variance, xx, xy, yy, turn_variance] = state.since_place;
-        Self {
-            last_odometry: state.last_odometry.map(isometry),
-            track_from_robot: isometry(state.track_from_robot),
+        Ok(Self {
+            last_odometry: state.last_odometry.as_ref().map(isometry).transpose()?,
+            track_from_robot: isometry(&state.track_from_robot)?,
             heading_variance: state.heading_variance,
             since_compass: state.since_compass,
             seen_compass: state.seen_compass,
@@ -126,7 +126,7 @@ impl Tracker {
             travelled: state.travelled,
             since_place: Travel { path, distance_variance, position: Matrix2::new(xx, xy, xy, yy), turn_variance },
             ..Self::new(config)
-        }
+        })
     }
 
     /// The robot in the track frame.

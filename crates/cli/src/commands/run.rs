@@ -61,6 +61,11 @@ fn heading_mode(name: &str) -> Result<hierarchy::HeadingMode, String> {
 }
 
 impl OutputArgs {
+    /// Whether nothing is said about how the map is made.
+    pub(crate) fn is_default(&self) -> bool {
+        self.config.is_none() && self.resolution.is_none() && self.heading.is_none() && !self.online
+    }
+
     /// The configuration: built in, then the file, then the flags.
     pub(crate) fn configuration(&self) -> Result<Config, Failure> {
         let mut config = match &self.config {
@@ -107,12 +112,23 @@ pub(crate) struct Finished {
     pub(crate) metrics: Metrics,
 }
 
-/// Maps a log, writes the run folder, and says what was made.
-pub(crate) fn map_log(name: &str, mut log: LogReader, args: &OutputArgs, context: &Context) -> Result<(), Failure> {
-    let config = args.configuration()?;
+/// Maps a log into a folder of its own.
+pub(crate) fn map_log(name: &str, log: LogReader, args: &OutputArgs, context: &Context) -> Result<(), Failure> {
+    let mapper = Mapper::new(args.configuration()?).map_err(rejected)?;
+    let folder = RunFolder::create(args.out.as_deref(), name, args.force)?;
+    go_on(name, mapper, log, folder, context)
+}
+
+/// Goes on with a map, fills the run folder, and says what was made.
+pub(crate) fn go_on(
+    name: &str,
+    mapper: Mapper,
+    mut log: LogReader,
+    mut folder: RunFolder,
+    context: &Context,
+) -> Result<(), Failure> {
     let started = Instant::now();
-    let mut folder = RunFolder::create(args.out.as_deref(), name, args.force)?;
-    let finished = build(config, &mut log, context)?;
+    let finished = build(mapper, &mut log, context)?;
     let mut metrics = finished.metrics.clone();
     warn_of_skipped(log.reports(), context);
     let skipped: u64 = log.reports().map(|report| report.skipped_lines()).sum();
@@ -126,10 +142,13 @@ pub(crate) fn map_log(name: &str, mut log: LogReader, args: &OutputArgs, context
     if context.json { context.print_json(&metrics) } else { context.print(&summary::text(name, &folder, &metrics)) }
 }
 
+/// A log or a configuration that the mapper refuses.
+fn rejected(error: hierarchy::MapperError) -> Failure {
+    Failure::new(Exit::Rejected, "map", error.to_string())
+}
+
 /// Feeds the log to the mapper and draws the gridmap.
-fn build(config: Config, log: &mut LogReader, context: &Context) -> Result<Finished, Failure> {
-    let rejected = |error: hierarchy::MapperError| Failure::new(Exit::Rejected, "map", error.to_string());
-    let mut mapper = Mapper::new(config).map_err(rejected)?;
+fn build(mut mapper: Mapper, log: &mut LogReader, context: &Context) -> Result<Finished, Failure> {
     let mut truth = Truth::default();
     let stage = context.progress().stage("mapping", 0);
     let (mut reading, mut mapping) = (0.0, 0.0);

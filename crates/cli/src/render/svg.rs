@@ -35,16 +35,6 @@ impl Drawing {
         );
     }
 
-    /// An open path of a class through all points.
-    pub(crate) fn path(&mut self, class: &str, points: &[Point2<f64>]) {
-        let mut data = String::new();
-        for (index, point) in points.iter().enumerate() {
-            self.include(*point);
-            let _ = write!(data, "{}{:.3} {:.3}", if index == 0 { 'M' } else { 'L' }, point.x, -point.y);
-        }
-        let _ = writeln!(self.body, r#"<path class="{class}" d="{data}"/>"#);
-    }
-
     /// A disc of a class, radius in metres, with a tooltip.
     pub(crate) fn disc(&mut self, class: &str, center: Point2<f64>, radius: f64, title: &str) {
         self.include(center);

@@ -17,11 +17,6 @@ pub(crate) fn before_and_after(atlas: &Atlas) -> String {
     panels(&[("dead reckoning".into(), before), ("relaxed".into(), after)], STYLE)
 }
 
-/// The relaxed topological map alone, for the report.
-pub(crate) fn relaxed(atlas: &Atlas) -> String {
-    panels(&[("relaxed".into(), graph(atlas, |place| place.position, |place| place.ellipse))], STYLE)
-}
-
 fn graph(
     atlas: &Atlas,
     position: impl Fn(&AtlasPlace) -> Point2<f64>,

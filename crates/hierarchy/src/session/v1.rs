@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use nalgebra::{Isometry2, Matrix2, Vector2};
+use nalgebra::{Complex, Isometry2, Matrix2, UnitComplex, Vector2};
 use robot_log::local_grid::{RangeSensor, Reading, Scan, SensorKind};
 use serde::{Deserialize, Serialize};
 use topo_map::{Displacement, Link, LinkId, LinkOrigin, LinkState, Place, PlaceId, PlaceState, TopoMap, Turn};
@@ -10,7 +10,7 @@ use crate::config::Config;
 use crate::mapper::{Mapper, Restored};
 use crate::recognize::{Closure, Verdict};
 use crate::tally::Tally;
-use crate::tracker::TrackerState;
+use crate::tracker::{Tracker, TrackerState};
 use crate::trajectory::{Anchor, Sample, Trajectory};
 
 /// Version 1 of a session. Never changed: a later version has structs of its own.
@@ -30,8 +30,8 @@ pub(super) struct Session {
     names: Vec<(u32, String)>,
 }
 
-/// `x`, `y` in metres and the heading in radians.
-type Pose = [f64; 3];
+/// `x`, `y` in metres, and cosine and sine of the heading: what is computed with, so that reading back changes nothing.
+pub(crate) type Pose = [f64; 4];
 
 #[derive(Serialize, Deserialize)]
 struct Sensor {
@@ -168,17 +168,17 @@ impl Session {
         let names = self.names.into_iter().map(|(place, name)| Ok((known(place)?, name)));
         let names = names.collect::<Result<_, SessionError>>()?;
         let restored = Restored {
-            config,
             trajectory: Trajectory::restored(samples, anchors),
             visits,
             poses,
             links,
             closures,
             tally,
-            tracker: self.tracker,
+            tracker: Tracker::restored(&config, &self.tracker)?,
             held_by_scans: self.held_by_scans,
             sweeps: usize::try_from(self.sweeps).unwrap_or(usize::MAX),
             names,
+            config,
         };
         Ok(Mapper::restored(restored)?)
     }
@@ -198,16 +198,18 @@ pub(crate) fn topology<S>(
     TopoMap::from_parts((0..).zip(visits).map(place).collect(), links)
 }
 
-fn pose(isometry: &Isometry2<f64>) -> Pose {
-    [isometry.translation.x, isometry.translation.y, isometry.rotation.angle()]
+pub(crate) fn pose(isometry: &Isometry2<f64>) -> Pose {
+    let turn = &isometry.rotation;
+    [isometry.translation.x, isometry.translation.y, turn.re, turn.im]
 }
 
-fn isometry(pose: &Pose) -> Result<Isometry2<f64>, SessionError> {
-    let [x, y, heading] = *pose;
-    if !(x + y + heading).is_finite() {
-        return Err(SessionError::Contradiction(format!("pose ({x}, {y}, {heading}) is not finite")));
+pub(crate) fn isometry(pose: &Pose) -> Result<Isometry2<f64>, SessionError> {
+    let [x, y, cos, sin] = *pose;
+    if !(x.is_finite() && y.is_finite() && (cos.hypot(sin) - 1.0).abs() < 1e-9) {
+        return Err(SessionError::Contradiction(format!("({x}, {y}, {cos}, {sin}) is no pose")));
     }
-    Ok(Isometry2::new(Vector2::new(x, y), heading))
+    let turn = UnitComplex::new_unchecked(Complex::new(cos, sin));
+    Ok(Isometry2::from_parts(Vector2::new(x, y).into(), turn))
 }
 
 fn stored_sensor(sensor: &RangeSensor) -> Sensor {

@@ -1,0 +1,24 @@
+use clap::Args;
+use robot_log::{Input, ReadOptions, open_log};
+
+use crate::commands::run::{OutputArgs, map_log};
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// The bundled experiment, no input needed: a robot with sonars drives a loop through an office
+///
+/// Example: topogrid demo
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// The log that the program carries with it; see fixtures/README.md for how it was made.
+const LOG: &[u8] = include_bytes!("../../../../fixtures/logs/office_loop.log");
+
+/// Maps the bundled log.
+pub(crate) fn run(args: &DemoArgs, context: &Context) -> Result<(), Failure> {
+    let log = open_log(vec![Input::new("office_loop.log (bundled)", LOG)], &ReadOptions::default())?;
+    map_log("demo", log, &args.output, context)
+}

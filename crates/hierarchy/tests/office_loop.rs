@@ -1,0 +1,93 @@
+use hierarchy::{Config, Event, Mapper, RelaxationPolicy};
+use robot_log::{Entry, EntryKind};
+
+use crate::logs::{map, office_loop, truth};
+
+#[test]
+fn relaxation_repairs_the_drift_by_a_factor_of_three() {
+    let log = office_loop();
+    let mapper = map(&log, Config::default());
+    let judged = truth(&log).judge(&mapper).unwrap();
+    assert!(judged.places > 100, "{judged:?}");
+    assert!(
+        judged.odometry_m > 1.0 && judged.before_m > 1.0,
+        "the log must drift, or there is nothing to repair: {judged:?}"
+    );
+    assert!(3.0 * judged.after_m < judged.before_m, "{judged:?}");
+}
+
+#[test]
+fn every_closure_of_the_office_loop_is_true() {
+    let log = office_loop();
+    let (mapper, truth) = (map(&log, Config::default()), truth(&log));
+    let anchors = mapper.trajectory().anchors();
+    let at = |place: topo_map::PlaceId| truth.at(anchors.iter().find(|a| a.place == place).unwrap().stamp).unwrap();
+    let accepted = mapper.closures().iter().filter(|c| matches!(c.verdict, hierarchy::Verdict::Accepted { .. }));
+    let mut closures = 0;
+    for closure in accepted {
+        let error = (at(closure.known) - at(closure.place) - closure.displacement.vector).norm();
+        assert!(error < 1.0, "{} is not {}: {error:.2} m off", closure.place, closure.known);
+        closures += 1;
+    }
+    assert!(closures >= 10, "a loop driven twice must close: {closures}");
+}
+
+#[test]
+fn the_coordinates_are_at_their_optimum() {
+    let metrics = map(&office_loop(), Config::default()).metrics().unwrap().relaxation;
+    assert!(metrics.energy_after < metrics.energy_before);
+    assert!(metrics.relative_gap.abs() < 1e-9, "{metrics:?}");
+}
+
+#[test]
+fn one_sweep_per_place_stays_above_the_optimum() {
+    let mut config = Config::default();
+    config.relaxation.policy = RelaxationPolicy::OneSweep;
+    let metrics = map(&office_loop(), config).metrics().unwrap().relaxation;
+    assert!(
+        metrics.energy_after > metrics.energy_optimum && metrics.energy_after < metrics.energy_before,
+        "{metrics:?}"
+    );
+    assert!(metrics.sweeps > 100);
+}
+
+#[test]
+fn the_same_log_gives_the_same_bytes() {
+    let log = office_loop();
+    let bytes = || {
+        let mut bytes = Vec::new();
+        map(&log, Config::default()).save(&mut bytes).unwrap();
+        bytes
+    };
+    assert!(bytes() == bytes(), "two runs differ");
+}
+
+#[test]
+fn the_mapper_never_looks_at_the_truth() {
+    let log = office_loop();
+    let blind: Vec<Entry> = log.iter().filter(|e| !matches!(e.kind, EntryKind::Truth { .. })).cloned().collect();
+    let positions = |log: &[Entry]| map(log, Config::default()).coordinates().positions();
+    assert_eq!(positions(&log), positions(&blind));
+}
+
+#[test]
+fn entries_out_of_order_are_refused_and_change_nothing() {
+    let log = office_loop();
+    let mut mapper = Mapper::new(Config::default()).unwrap();
+    for entry in &log[..200] {
+        mapper.push(entry).unwrap();
+    }
+    let before = mapper.tally().clone();
+    assert!(mapper.push(&log[10]).unwrap_err().to_string().contains("order"));
+    assert_eq!(mapper.tally(), &before);
+}
+
+#[test]
+fn events_tell_what_happened() {
+    let mut mapper = Mapper::new(Config::default()).unwrap();
+    let events: Vec<Event> = office_loop().iter().flat_map(|entry| mapper.push(entry).unwrap()).collect();
+    let count = |wanted: fn(&Event) -> bool| events.iter().filter(|event| wanted(event)).count();
+    assert_eq!(count(|e| matches!(e, Event::PlaceAdded { .. })), mapper.topology().n_visited());
+    assert!(count(|e| matches!(e, Event::PlaceRecognized { .. })) > 0);
+    assert!(count(|e| matches!(e, Event::Relaxed { .. })) > 0);
+}

@@ -1,0 +1,70 @@
+use hierarchy::{Config, Mapper, SessionError};
+
+use crate::logs::{map, office_loop};
+
+fn stored(mapper: &Mapper) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    mapper.save(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn a_session_read_back_is_the_same_map() {
+    let mapper = map(&office_loop(), Config::default());
+    let bytes = stored(&mapper);
+    let read = Mapper::load(&mut bytes.as_slice()).unwrap();
+    assert!(stored(&read) == bytes, "writing again gives other bytes");
+    assert!(read.poses() == mapper.poses());
+    assert!(read.gridmap().unwrap() == mapper.gridmap().unwrap());
+    let signatures =
+        |mapper: &Mapper| mapper.topology().places().iter().map(|p| p.signature().cloned()).collect::<Vec<_>>();
+    let (one, two) = (signatures(&read), signatures(&mapper));
+    let same = one.iter().zip(&two).filter(|(one, two)| one == two).count();
+    assert!(same + 2 >= one.len(), "{same} of {} signatures are drawn again alike", one.len());
+}
+
+#[test]
+fn a_map_goes_on_where_it_was_stored() {
+    let log = office_loop();
+    let mut first = Mapper::new(Config::default()).unwrap();
+    let (one, two) = log.split_at(log.len() / 2);
+    for entry in one {
+        first.push(entry).unwrap();
+    }
+    let mut second = Mapper::load(&mut stored(&first).as_slice()).unwrap();
+    for entry in two {
+        first.push(entry).unwrap();
+        second.push(entry).unwrap();
+    }
+    assert_eq!(first.topology().n_visited(), second.topology().n_visited());
+    assert_eq!(first.tally().entries, second.tally().entries);
+    assert!(second.closures().iter().any(|c| matches!(c.verdict, hierarchy::Verdict::Accepted { .. })));
+}
+
+#[test]
+fn names_outlive_the_program() {
+    let mut mapper = map(&office_loop()[..400], Config::default());
+    assert!(mapper.name(topo_map::PlaceId(0), "dock"));
+    assert!(!mapper.name(topo_map::PlaceId(9999), "nowhere"));
+    let read = Mapper::load(&mut stored(&mapper).as_slice()).unwrap();
+    assert_eq!(read.names().collect::<Vec<_>>(), [(topo_map::PlaceId(0), "dock")]);
+}
+
+#[test]
+fn what_is_no_session_is_refused_by_its_fault() {
+    let bytes = stored(&map(&office_loop()[..400], Config::default()));
+    let load = |bytes: &[u8]| Mapper::load(&mut &*bytes).map(|_| ()).unwrap_err();
+    assert!(matches!(load(b"FLASER 180 1.0"), SessionError::NoSession));
+    assert!(matches!(load(b""), SessionError::NoSession));
+    assert!(matches!(load(&bytes[..bytes.len() - 7]), SessionError::CutOff { .. }));
+    let mut damaged = bytes.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 0x10;
+    assert!(matches!(load(&damaged), SessionError::Damaged { .. }));
+    let mut newer = bytes.clone();
+    newer[4] = 9;
+    assert!(matches!(load(&newer), SessionError::TooNew { found: 9 }));
+    let mut huge = bytes;
+    huge[6..14].copy_from_slice(&u64::MAX.to_le_bytes());
+    assert!(matches!(load(&huge), SessionError::TooLarge { .. }));
+}
