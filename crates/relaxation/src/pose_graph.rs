@@ -8,6 +8,7 @@ mod descend;
 mod error;
 mod linearize;
 mod positions;
+mod search;
 mod starts;
 #[cfg(test)]
 mod tests;
@@ -22,7 +23,7 @@ use crate::spring::Spring;
 pub use descend::{PoseOptions, RelaxedPoses, descend};
 pub use error::PoseGraphError;
 pub(crate) use error::is_positive_definite;
-pub use starts::relax_poses;
+pub use search::relax_poses;
 
 /// A measured pose of one node in the frame of another.
 #[derive(Debug, Clone, Copy, PartialEq)]

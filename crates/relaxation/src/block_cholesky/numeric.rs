@@ -28,7 +28,7 @@ pub(crate) struct BlockCholesky {
 }
 
 impl BlockCholesky {
-    /// The zero matrix of this pattern; `block` is 1, 2 or 3.
+    /// The zero matrix of this pattern; `block` is 1, 2, 3 or 4.
     pub(crate) fn new(symbolic: Arc<Symbolic>, block: usize) -> Self {
         let panels = vec![0.0; symbolic.blocks * block * block];
         let supernodes = symbolic.supernodes.len();
@@ -209,10 +209,12 @@ impl WithSimd for Factorize<'_> {
         match (S::F64_LANES > 1, self.0.block) {
             (true, 1) => self.0.factorize_fronts::<true, 1>(),
             (true, 2) => self.0.factorize_fronts::<true, 2>(),
-            (true, _) => self.0.factorize_fronts::<true, 3>(),
+            (true, 3) => self.0.factorize_fronts::<true, 3>(),
+            (true, _) => self.0.factorize_fronts::<true, 4>(),
             (false, 1) => self.0.factorize_fronts::<false, 1>(),
             (false, 2) => self.0.factorize_fronts::<false, 2>(),
-            (false, _) => self.0.factorize_fronts::<false, 3>(),
+            (false, 3) => self.0.factorize_fronts::<false, 3>(),
+            (false, _) => self.0.factorize_fronts::<false, 4>(),
         }
     }
 }
@@ -228,10 +230,12 @@ impl WithSimd for SolveWith<'_> {
         match (S::F64_LANES > 1, this.block) {
             (true, 1) => this.solve_fronts::<true, 1>(x),
             (true, 2) => this.solve_fronts::<true, 2>(x),
-            (true, _) => this.solve_fronts::<true, 3>(x),
+            (true, 3) => this.solve_fronts::<true, 3>(x),
+            (true, _) => this.solve_fronts::<true, 4>(x),
             (false, 1) => this.solve_fronts::<false, 1>(x),
             (false, 2) => this.solve_fronts::<false, 2>(x),
-            (false, _) => this.solve_fronts::<false, 3>(x),
+            (false, 3) => this.solve_fronts::<false, 3>(x),
+            (false, _) => this.solve_fronts::<false, 4>(x),
         }
     }
 }
@@ -290,6 +294,7 @@ mod tests {
             against_dense::<1>(nodes, edges, seed);
             against_dense::<2>(nodes, edges, seed);
             against_dense::<3>(nodes, edges, seed);
+            against_dense::<4>(nodes, edges, seed);
         }
     }
 

@@ -34,8 +34,10 @@ pub struct RelaxedPoses {
     pub chi2: f64,
     /// By how much one more step of Gauss-Newton could lower χ², to second order: how near this is to the minimum it lies at.
     pub gap: f64,
-    /// Linear solutions of the descent.
+    /// Linear solutions of the descent that led here.
     pub iterations: usize,
+    /// How many minima were descended to, this being the lowest.
+    pub descents: usize,
     /// The tolerance was reached.
     pub converged: bool,
 }
@@ -94,7 +96,7 @@ impl<'a> Descent<'a> {
         let (mut damping, mut growth) = (0.0, 4.0);
         let mut candidate = poses.clone();
         let report = |poses, chi2, gap, iterations, converged| {
-            Ok(RelaxedPoses { poses, chi2_start, chi2, gap, iterations, converged })
+            Ok(RelaxedPoses { poses, chi2_start, chi2, gap, iterations, descents: 1, converged })
         };
         let mut gap = f64::INFINITY;
         for iteration in 0..options.max_iterations {

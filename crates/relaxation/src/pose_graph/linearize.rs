@@ -66,6 +66,25 @@ impl Prepared {
         self.s - (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
     }
 
+    /// Multiplies the information of the heading; that of the translation stays.
+    pub(super) fn trust_heading(&mut self, factor: f64) {
+        self.m.iter_mut().for_each(|m| *m *= factor.sqrt());
+        self.s *= factor;
+    }
+
+    /// Multiplies all information.
+    pub(super) fn trust(&mut self, factor: f64) {
+        self.n.iter_mut().for_each(|n| *n *= factor);
+        self.m.iter_mut().for_each(|m| *m *= factor);
+        self.s *= factor;
+    }
+
+    /// A round information of the translation that is nowhere more sure than the true one on average: the harmonic mean of its axes.
+    pub(super) fn translation_information(&self) -> f64 {
+        let [xx, xy, yy] = self.n;
+        2.0 * (xx * yy - xy * xy) / (xx + yy)
+    }
+
     #[inline(always)]
     pub(super) fn in_map(&self, from: Pose, (sin, cos): (f64, f64), to: Pose) -> InMap {
         let d = [to.x - from.x, to.y - from.y];
