@@ -30,6 +30,8 @@ mod headings;
 
 mod pose_graph;
 
+mod robust;
+
 pub mod g2o;
 mod pose;
 
@@ -46,6 +48,10 @@ pub use network::{Anchor, Network, NetworkError};
 pub use node_variances::{NodeVariances, sweep_with_variances};
 pub use pose::{Pose, wrap};
 pub use pose_graph::{PoseGraph, PoseGraphError, PoseOptions, PoseSpring, RelaxedPoses, descend, relax_poses};
+pub use robust::{
+    Kernel, RobustError, RobustMethod, RobustOptions, RobustPoses, RobustPositions, bridges, consistent_closures,
+    relax_poses_robustly, relax_robustly,
+};
 pub use solver::{RelaxOptions, Relaxed, Solver, relax};
 pub use sor::{FactorOutOfRange, Sor};
 pub use spring::Spring;

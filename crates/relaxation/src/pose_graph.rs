@@ -8,6 +8,7 @@ mod descend;
 mod error;
 mod linearize;
 mod positions;
+mod reweighting;
 mod search;
 mod starts;
 #[cfg(test)]
@@ -23,6 +24,7 @@ use crate::spring::Spring;
 pub use descend::{PoseOptions, RelaxedPoses, descend};
 pub use error::PoseGraphError;
 pub(crate) use error::is_positive_definite;
+pub(crate) use reweighting::Reweighting;
 pub use search::relax_poses;
 
 /// A measured pose of one node in the frame of another.

@@ -47,16 +47,32 @@ impl Forest {
 
     /// Dead reckoning: edges between successive nodes first, then the others in their order; an edge that would close a cycle is left out.
     pub(crate) fn odometry(nodes: usize, joints: &[Joint], is_root: impl Fn(usize) -> bool) -> Self {
+        let class = |edge: usize| usize::from(joints[edge].from.abs_diff(joints[edge].to) != 1);
+        Self::preferring(nodes, joints, 2, class, is_root)
+    }
+
+    /// Only these edges; those that would close a cycle are left out. Where they do not reach, there are several trees.
+    pub(crate) fn only(nodes: usize, joints: &[Joint], may_use: impl Fn(usize) -> bool) -> Self {
+        Self::preferring(nodes, joints, 1, |edge| usize::from(!may_use(edge)), |_| false)
+    }
+
+    /// Edges of class 0 first, in their order, then those of class 1 and so on; an edge that would close a cycle is left out, as is one of
+    /// no class below `classes`.
+    pub(crate) fn preferring(
+        nodes: usize,
+        joints: &[Joint],
+        classes: usize,
+        class: impl Fn(usize) -> usize,
+        is_root: impl Fn(usize) -> bool,
+    ) -> Self {
         let mut sets: Vec<u32> = (0..Joint::new(nodes, 0).from).collect();
         let mut chosen = vec![false; joints.len()];
-        for successive in [true, false] {
-            for (edge, joint) in joints.iter().enumerate() {
-                if (joint.from.abs_diff(joint.to) == 1) == successive {
-                    let (a, b) = (find(&mut sets, joint.from), find(&mut sets, joint.to));
-                    if a != b {
-                        sets[a.max(b) as usize] = a.min(b);
-                        chosen[edge] = true;
-                    }
+        for now in 0..classes {
+            for (edge, joint) in joints.iter().enumerate().filter(|(edge, _)| class(*edge) == now) {
+                let (a, b) = (find(&mut sets, joint.from), find(&mut sets, joint.to));
+                if a != b {
+                    sets[a.max(b) as usize] = a.min(b);
+                    chosen[edge] = true;
                 }
             }
         }
