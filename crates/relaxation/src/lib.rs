@@ -49,7 +49,7 @@ pub use node_variances::{NodeVariances, sweep_with_variances};
 pub use pose::{Pose, wrap};
 pub use pose_graph::{PoseGraph, PoseGraphError, PoseOptions, PoseSpring, RelaxedPoses, descend, relax_poses};
 pub use robust::{
-    Kernel, RobustError, RobustMethod, RobustOptions, RobustPoses, RobustPositions, bridges, consistent_closures,
+    Kernel, RobustError, RobustMethod, RobustOptions, RobustPoses, RobustPositions, consistent_closures,
     relax_poses_robustly, relax_robustly,
 };
 pub use solver::{RelaxOptions, Relaxed, Solver, relax};

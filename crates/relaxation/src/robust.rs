@@ -23,11 +23,12 @@ mod kernel;
 mod network;
 mod poses;
 
-pub use bridges::bridges;
 pub use consistency::consistent_closures;
 pub use kernel::{Kernel, RobustMethod, RobustOptions};
 pub use network::{RobustPositions, relax_robustly};
 pub use poses::{RobustPoses, relax_poses_robustly};
+
+use bridges::bridges;
 
 use crate::pose_graph::PoseGraphError;
 

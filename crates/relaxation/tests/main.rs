@@ -8,4 +8,5 @@ mod hand_cases;
 mod problems;
 mod rates;
 mod real_graphs;
+mod robust_graphs;
 mod solvers;

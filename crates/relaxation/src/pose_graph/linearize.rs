@@ -63,6 +63,9 @@ impl Prepared {
     pub(super) fn turn_information(&self) -> f64 {
         let [xx, xy, yy] = self.n;
         let [x, y] = self.m;
+        if self.s == 0.0 {
+            return 0.0; // The spring has been weighted away.
+        }
         self.s - (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
     }
 
@@ -82,6 +85,9 @@ impl Prepared {
     /// A round information of the translation that is nowhere more sure than the true one on average: the harmonic mean of its axes.
     pub(super) fn translation_information(&self) -> f64 {
         let [xx, xy, yy] = self.n;
+        if xx + yy == 0.0 {
+            return 0.0;
+        }
         2.0 * (xx * yy - xy * xy) / (xx + yy)
     }
 

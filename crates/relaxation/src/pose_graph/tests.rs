@@ -232,3 +232,81 @@ fn far_coordinates_and_uneven_weights_still_converge() {
     let there = relax_poses(&far, &PoseOptions::default()).unwrap();
     assert!(there.poses.iter().all(|pose| pose.is_finite()));
 }
+
+#[test]
+fn springs_of_weight_zero_are_as_if_they_were_not_there() {
+    let (graph, _) = random_graph(20, 15, 0.3, 13);
+    let mut springs = graph.springs().to_vec();
+    let off = PoseSpring { from: 3, to: 17, from_to: Pose::new(50.0, 0.0, 3.0), information: Matrix3::identity() };
+    springs.push(off);
+    let mut weights = vec![1.0; springs.len()];
+    weights[springs.len() - 1] = 0.0;
+    let with = PoseGraph::new(20, &springs).unwrap().reweighted(&weights).unwrap();
+    let options = PoseOptions::default();
+    assert_relative_eq!(
+        relax_poses(&with, &options).unwrap().chi2,
+        relax_poses(&graph, &options).unwrap().chi2,
+        max_relative = 1e-9
+    );
+}
+
+/// A long walk in a city of blocks, with few closures and headings so noisy that no single start is safe.
+fn noisy_walk(nodes: usize, closures: usize, sh: f64, seed: u128) -> PoseGraph {
+    let st = 0.05;
+    let random = &mut Pcg64Mcg::new(seed);
+    let mut gauss = {
+        let mut r = Pcg64Mcg::new(random.random());
+        move || (-2.0 * r.random::<f64>().max(1e-300).ln()).sqrt() * (std::f64::consts::TAU * r.random::<f64>()).cos()
+    };
+    let mut truth = vec![Pose::default()];
+    for k in 1..nodes {
+        let corner = [-1.0, 0.0, 0.0, 1.0][random.random_range(0..4)] * std::f64::consts::FRAC_PI_2;
+        let turn = if k % 3 == 0 { corner } else { 0.0 };
+        truth.push(truth[k - 1].compose(Pose::new(1.0, 0.0, turn)));
+    }
+    let mut springs = vec![];
+    let mut add = |from: usize, to: usize| {
+        let z = truth[from].between(truth[to]);
+        let (sx, sy) = (st, 0.3 * st);
+        let n = Pose::new(z.x + sx * gauss(), z.y + sy * gauss(), z.heading + sh * gauss());
+        // Noise along the axes of the first node, as seen from the measured pose.
+        let r = nalgebra::Rotation2::new(-n.heading).into_inner();
+        let it = r * Matrix2::new(1.0 / (sx * sx), 0.0, 0.0, 1.0 / (sy * sy)) * r.transpose();
+        let m = it[(0, 1)];
+        springs.push(PoseSpring {
+            from,
+            to,
+            from_to: n,
+            information: Matrix3::new(it[(0, 0)], m, 0.0, m, it[(1, 1)], 0.0, 0.0, 0.0, 1.0 / (sh * sh)),
+        });
+    };
+    for k in 1..nodes {
+        add(k - 1, k);
+    }
+    let mut tries = 0;
+    let mut done = 0;
+    while done < closures && tries < 1_000_000 {
+        tries += 1;
+        let (a, b) = (random.random_range(0..nodes), random.random_range(0..nodes));
+        if a + 20 < b && (truth[a].translation() - truth[b].translation()).norm() < 2.0 {
+            add(a, b);
+            done += 1;
+        }
+    }
+    PoseGraph::new(nodes, &springs).unwrap()
+}
+
+#[test]
+fn where_one_start_fails_the_search_goes_lower() {
+    let options = PoseOptions::default();
+    let mut helped = 0;
+    for seed in [5, 82, 159, 236, 313] {
+        let graph = noisy_walk(600, 15, 0.15, seed);
+        let alone = descend(&graph, &starts::chordal_start(&graph, &system(&graph)).unwrap(), &options).unwrap();
+        let best = relax_poses(&graph, &options).unwrap();
+        assert!(best.converged && best.chi2 <= alone.chi2 * (1.0 + 1e-9));
+        assert_relative_eq!(best.chi2, graph.chi2(&best.poses), max_relative = 1e-9);
+        helped += usize::from(best.chi2 < 0.9999 * alone.chi2);
+    }
+    assert!(helped > 0, "every first start was the best one: these graphs are too easy to test anything");
+}

@@ -5,17 +5,7 @@ const NONE: usize = usize::MAX;
 /// For each of `ends` whether it is a bridge: the only connection between two parts of the graph (Tarjan 1974).
 ///
 /// A loop from a node to itself is none; of two parallel springs neither is.
-///
-/// # Panics
-/// When an end is not below `nodes`.
-///
-/// ```
-/// // A triangle with a tail.
-/// let bridge = relaxation::bridges(4, &[(0, 1), (1, 2), (2, 0), (2, 3)]);
-/// assert_eq!(bridge, [false, false, false, true]);
-/// ```
-#[must_use]
-pub fn bridges(nodes: usize, ends: &[(usize, usize)]) -> Vec<bool> {
+pub(super) fn bridges(nodes: usize, ends: &[(usize, usize)]) -> Vec<bool> {
     let mut starts = vec![0usize; nodes + 1];
     for &(a, b) in ends {
         starts[a + 1] += 1;

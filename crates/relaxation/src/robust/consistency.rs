@@ -46,6 +46,49 @@ pub fn consistent_closures(graph: &PoseGraph, trusted: &[bool], closures: &[usiz
     chosen
 }
 
+/// The closures that are supported: each agrees with another one nearby, more closely than two unrelated closures would by chance.
+///
+/// Every pair whose cycle is certain enough to tell is weighed by the ratio of two likelihoods: that the cycle's error is noise, against
+/// that it is anything within the reach of the closures (`reach`: area of their translations times a full turn). Pairs far apart,
+/// where dead reckoning knows nothing, say nothing.
+pub(super) fn supported_closures(graph: &PoseGraph, trusted: &[bool], closures: &[usize], bound: f64) -> Vec<usize> {
+    let springs = graph.springs();
+    let joints: Vec<Joint> = springs.iter().map(|s| Joint::new(s.from, s.to)).collect();
+    let forest = Forest::only(graph.len(), &joints, |edge| trusted[edge]);
+    let odometry = Odometry::new(graph, &forest);
+    let checked: Vec<usize> = closures
+        .iter()
+        .copied()
+        .filter(|&k| forest.root_of(springs[k].from) == forest.root_of(springs[k].to))
+        .collect();
+    let ready: Vec<Closure> = checked.iter().map(|&k| Closure::new(&springs[k], &odometry)).collect();
+    let square = ready.iter().map(|c| c.z.translation().norm_squared()).sum::<f64>() / ready.len().max(1) as f64;
+    let reach = std::f64::consts::TAU * std::f64::consts::TAU * square;
+    let mut support = vec![0.0f64; ready.len()];
+    for i in 0..ready.len() {
+        for j in 0..i {
+            let (a, b) = (&ready[i], &ready[j]);
+            let apart = odometry.steps_between(a.from, b.from).max(odometry.steps_between(a.to, b.to));
+            if apart > NEAR || forest.root_of(a.from) != forest.root_of(b.from) {
+                continue;
+            }
+            let (e2, covariance) = odometry.cycle_with_covariance(a, b);
+            let noise = (std::f64::consts::TAU.powi(3) * covariance.determinant()).sqrt() * (0.5 * e2).exp();
+            if e2 <= bound && noise > 0.0 {
+                let ratio = reach / noise;
+                support[i] = support[i].max(ratio);
+                support[j] = support[j].max(ratio);
+            }
+        }
+    }
+    (0..ready.len()).filter(|&k| support[k] > ENOUGH).map(|k| checked[k]).collect()
+}
+
+/// Steps of dead reckoning between the ends of two closures that can support each other.
+const NEAR: u32 = 25;
+/// A likelihood ratio that counts as support: "strong evidence" in Jeffreys' words.
+const ENOUGH: f64 = 20.0;
+
 /// A closure with its covariance turned into the map frame at both of its ends.
 struct Closure {
     from: usize,
@@ -151,6 +194,15 @@ impl Odometry {
 
     /// Squared Mahalanobis distance of the cycle `a.from → a.to → b.to → b.from → a.from`.
     fn cycle(&self, a: &Closure, b: &Closure) -> f64 {
+        self.cycle_with_covariance(a, b).0
+    }
+
+    /// Steps between two nodes of a tree, at least: the difference of their depths.
+    fn steps_between(&self, a: usize, b: usize) -> u32 {
+        self.depth[a].abs_diff(self.depth[b])
+    }
+
+    fn cycle_with_covariance(&self, a: &Closure, b: &Closure) -> (f64, Matrix3<f64>) {
         let after_closure = self.poses[a.from].compose(a.z);
         // The second stretch of odometry is walked where the first closure puts it.
         let shift = after_closure.compose(self.poses[a.to].inverse());
@@ -161,7 +213,7 @@ impl Odometry {
             + second * b.covariance * second.transpose()
             + walked * self.between(a.to, b.to) * walked.transpose()
             + self.between(a.from, b.from);
-        distance(back.compose(self.poses[b.from].inverse()), &covariance)
+        (distance(back.compose(self.poses[b.from].inverse()), &covariance), covariance)
     }
 }
 
@@ -214,7 +266,7 @@ impl Agreement {
         order.sort_by_key(|&i| std::cmp::Reverse(degrees[i]));
         let mut best = Vec::new();
         for &seed in order.iter().take(SEEDS) {
-            if degrees[seed] as usize + 1 <= best.len() {
+            if (degrees[seed] as usize) < best.len() {
                 break;
             }
             let mut candidates = self.row(seed).to_vec();

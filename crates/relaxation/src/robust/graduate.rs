@@ -36,6 +36,11 @@ pub(super) fn reweight(
     Ok(options.max_iterations)
 }
 
+/// Truncated least squares begins no flatter than this: springs beyond a thousand times the bound are out at once.
+const LEAST_MU: f64 = 1e-3;
+/// Geman-McClure begins no flatter than this, for the same reason.
+const MOST_MU: f64 = 4.0;
+
 /// Where between convex and fully robust the cost is.
 struct Schedule {
     method: RobustMethod,
@@ -48,9 +53,11 @@ impl Schedule {
         let mu = match method {
             RobustMethod::Kernel(_) => 1.0,
             // Where everything is an inlier already the formula gives nothing positive: begin with the robust cost itself.
-            RobustMethod::TruncatedLeastSquares { bound } if 2.0 * worst > bound => bound / (2.0 * worst - bound),
+            RobustMethod::TruncatedLeastSquares { bound } if 2.0 * worst > bound => {
+                (bound / (2.0 * worst - bound)).max(LEAST_MU)
+            }
             RobustMethod::TruncatedLeastSquares { .. } => f64::INFINITY,
-            RobustMethod::GemanMcClure { bound } => (2.0 * worst / bound).max(1.0),
+            RobustMethod::GemanMcClure { bound } => (2.0 * worst / bound).clamp(1.0, MOST_MU),
         };
         Self { method, mu }
     }

@@ -71,7 +71,7 @@ pub fn relax_robustly(
 }
 
 /// Weight under which no spring of the spanning forest falls.
-pub(super) const FLOOR: f64 = 1e-9;
+pub(super) const FLOOR: f64 = 1e-6;
 
 /// Springs of a spanning forest that prefers what is not suspected.
 pub(super) fn spanning(nodes: usize, ends: &[(usize, usize)], suspects: &[usize]) -> Vec<bool> {

@@ -1,10 +1,11 @@
 //! Robust pose graphs: a consistent beginning, then reweighting with a descent after each.
 
+use super::consistency::supported_closures;
 use super::graduate::{check, reweight};
 use super::network::{FLOOR, spanning};
 use super::{RobustError, RobustMethod, RobustOptions, consistent_closures, suspects};
 use crate::pose::Pose;
-use crate::pose_graph::{PoseGraph, PoseOptions, Reweighting, relax_poses};
+use crate::pose_graph::{PoseGraph, PoseOptions, Reweighting};
 
 /// Poses, and what was believed on the way.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,14 +23,17 @@ pub struct RobustPoses {
 }
 
 /// Beyond so many suspects, comparing every two of them would take longer than all the rest.
-const MOST_COMPARED: usize = 6000;
+const MOST_COMPARED: usize = 10_000;
+/// Beyond so many, the largest consistent set is not looked for.
+const MOST_IN_SETS: usize = 600;
 /// The bound that decides about consistency: 99 % of χ² with three degrees of freedom.
 const CONSISTENT: f64 = 11.345;
 
 /// Poses when some springs may be false. `trusted` says of each spring that it is not (odometry); bridges need no such word.
 ///
-/// A pose graph is not convex, so what is found depends on the beginning. It begins at the largest set of closures of which every
-/// two agree ([`consistent_closures`]), relaxed without any start; from there the method reweights all suspects.
+/// A pose graph is not convex, so what is found depends on the beginning. Several are relaxed without any start (with all closures, with none,
+/// with those that support each other, with the largest set of which every two agree, see [`consistent_closures`]); from the one with the lowest
+/// truncated cost, the method reweights all suspects.
 ///
 /// # Errors
 /// Not one flag for each spring, a scale that is not positive, information matrices too far apart.
@@ -44,9 +48,9 @@ pub fn relax_poses_robustly(
     let suspects = suspects(graph.len(), &ends, trusted)?;
     let kept = spanning(graph.len(), &ends, &suspects);
     let mut weights = vec![1.0; ends.len()];
-    let poses = beginning(graph, &kept, &suspects, descent)?;
-    let rough = PoseOptions { tolerance: descent.tolerance.max(1e-5), max_iterations: descent.max_iterations.min(20) };
-    let mut relaxation = Reweighting::new(graph, poses);
+    let rough = PoseOptions { tolerance: descent.tolerance.max(1e-4), max_iterations: descent.max_iterations.min(20) };
+    let mut relaxation = Reweighting::new(graph, graph.odometry());
+    begin(&mut relaxation, graph, &kept, &suspects, &rough)?;
     let e2 = relaxation.errors();
     let mut iterations = 1;
     if !suspects.is_empty() {
@@ -65,30 +69,43 @@ pub fn relax_poses_robustly(
     Ok(RobustPoses { poses: relaxation.poses, weights, rejected, chi2, iterations })
 }
 
-/// Poses to begin with: relaxed with the largest consistent set of closures alone.
-fn beginning(
+/// Relaxes with different closures and stays at what has the lowest truncated cost.
+fn begin(
+    relaxation: &mut Reweighting<'_>,
     graph: &PoseGraph,
     kept: &[bool],
     suspects: &[usize],
-    descent: &PoseOptions,
-) -> Result<Vec<Pose>, RobustError> {
-    let mut weights = vec![1.0; kept.len()];
+    rough: &PoseOptions,
+) -> Result<(), RobustError> {
+    let mut suspected = vec![false; kept.len()];
+    suspects.iter().for_each(|k| suspected[*k] = true);
+    let odometry: Vec<bool> = kept.iter().zip(&suspected).map(|(kept, suspected)| *kept || !suspected).collect();
+    let mut sets = vec![vec![]];
     if suspects.len() <= MOST_COMPARED {
-        for k in suspects {
-            weights[*k] = 0.0;
-        }
-        let mut odometry = kept.to_vec();
-        odometry.iter_mut().zip(&weights).for_each(|(kept, w)| *kept |= *w == 1.0);
-        for k in consistent_closures(graph, &odometry, suspects, CONSISTENT) {
-            weights[k] = 1.0;
+        sets.push(supported_closures(graph, &odometry, suspects, CONSISTENT));
+    }
+    if suspects.len() <= MOST_IN_SETS {
+        sets.push(consistent_closures(graph, &odometry, suspects, CONSISTENT));
+        sets.push(suspects.to_vec());
+    }
+    let mut best = (f64::INFINITY, vec![]);
+    for set in sets {
+        let mut weights: Vec<f64> = suspected.iter().map(|suspected| f64::from(u8::from(!suspected))).collect();
+        set.iter().for_each(|k| weights[*k] = 1.0);
+        relaxation.restart(&floored(&weights, kept), rough)?;
+        let truncated = |(e2, suspected): (&f64, &bool)| if *suspected { e2.min(CONSISTENT) } else { *e2 };
+        let cost: f64 = relaxation.errors().iter().zip(&suspected).map(truncated).sum();
+        if cost < best.0 {
+            best = (cost, relaxation.poses.clone());
         }
     }
-    Ok(relax_poses(&graph.reweighted(&floored(&weights, kept))?, descent)?.poses)
+    relaxation.poses = best.1;
+    Ok(())
 }
 
 /// Takes in what fits and lets go what does not, until nothing changes: the conditions of a minimum of truncated least squares.
 fn settle(
-    relaxation: &mut Reweighting,
+    relaxation: &mut Reweighting<'_>,
     weights: &mut [f64],
     suspects: &[usize],
     kept: &[bool],
