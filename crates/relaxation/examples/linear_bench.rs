@@ -2,7 +2,7 @@
 //!
 //! Prints one JSON line: the median of set-up and solution together in milliseconds of CPU time (loading is not
 //! counted), the relative energy above the reference positions (pairs of little-endian doubles), and the peak memory
-//! before and after. SOLVER is `elimination` (the default), `direct` or `auto`.
+//! before and after. SOLVER is `elimination` (the default), `auto`, `direct`, `multilevel` or `gradients`.
 #![expect(clippy::print_stdout, reason = "the result is the output")]
 
 use std::error::Error;
@@ -10,7 +10,7 @@ use std::fs;
 use std::time::Instant;
 
 use nalgebra::{Point2, Vector2};
-use relaxation::{Network, Spring, optimum};
+use relaxation::{Auto, ConjugateGradient, Direct, Multilevel, Network, Solver, Spring, optimum};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -29,6 +29,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let built = watch.ms();
         positions = match solver {
             "elimination" => optimum(&network)?,
+            "auto" => Auto.solve(&network, &network.dead_reckoning()).positions,
+            "direct" => Direct.solve(&network, &network.dead_reckoning()).positions,
+            "multilevel" => Multilevel::default().solve(&network, &network.dead_reckoning()).positions,
+            "gradients" => ConjugateGradient::default().solve(&network, &network.dead_reckoning()).positions,
             other => return Err(format!("unknown solver {other}").into()),
         };
         build.push(built);

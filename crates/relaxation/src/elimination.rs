@@ -49,21 +49,32 @@ impl Solver for Elimination {
 
 /// The optimum, the anchors held at the given positions.
 pub(crate) fn eliminate(network: &Network, anchored: &[Point2<f64>]) -> Vec<Point2<f64>> {
+    eliminate_within(network, anchored, f64::INFINITY).expect("no limit was set")
+}
+
+/// The optimum, unless the factorisation takes more multiplications than `limit`.
+pub(crate) fn eliminate_within(network: &Network, anchored: &[Point2<f64>], limit: f64) -> Option<Vec<Point2<f64>>> {
     if network.is_isotropic() {
-        solve::<f64, 1, 2>(network, anchored)
+        solve::<f64, 1, 2>(network, anchored, limit)
     } else {
-        solve::<Matrix2<f64>, 2, 1>(network, anchored)
+        solve::<Matrix2<f64>, 2, 1>(network, anchored, limit)
     }
 }
 
+/// `WIDTH` unknowns per node with `SIDES` right-hand sides each: 1 and 2 where x and y share the matrix, else 2 and 1.
 fn solve<C: Compliance, const WIDTH: usize, const SIDES: usize>(
     network: &Network,
     anchored: &[Point2<f64>],
-) -> Vec<Point2<f64>> {
+    limit: f64,
+) -> Option<Vec<Point2<f64>>> {
     let reduction = Reduction::<C>::new(network);
     let core = &reduction.core;
     let mut positions = core.reckoned(anchored);
-    let factor = Factor::<WIDTH>::new(core, dissect(core, &positions));
+    let mut factor = Factor::<WIDTH>::planned(core, dissect(core, &positions));
+    if factor.work() > limit {
+        return None;
+    }
+    factor.compute(core);
     let forces = core.forces(&positions);
     let mut x = vec![[0.0; SIDES]; factor.unknowns()];
     for (chunk, &node) in x.chunks_exact_mut(WIDTH).zip(&factor.order.node) {
@@ -75,5 +86,6 @@ fn solve<C: Compliance, const WIDTH: usize, const SIDES: usize>(
         positions[node as usize].x += step[0];
         positions[node as usize].y += step[1];
     }
-    reduction.expand(positions)
+    drop(factor);
+    Some(reduction.expand(positions))
 }

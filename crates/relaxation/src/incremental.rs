@@ -2,6 +2,9 @@
 
 mod base;
 mod closures;
+mod online_sweeps;
+
+pub use online_sweeps::OnlineSweeps;
 
 use nalgebra::{Matrix2, Point2, Vector2};
 

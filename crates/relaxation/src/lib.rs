@@ -19,6 +19,8 @@ mod multilevel;
 mod direct;
 mod elimination;
 
+mod auto;
+
 mod covariance;
 
 mod incremental;
@@ -35,6 +37,7 @@ mod robust;
 pub mod g2o;
 mod pose;
 
+pub use auto::Auto;
 pub use certificate::{Certificate, Strain, bridges, certify, forces, gap_bound};
 pub use conjugate_gradient::{ConjugateGradient, Preconditioner};
 pub use covariance::{Covariance, JointCovariance, SpringCovariance, joint_covariance};
@@ -42,7 +45,7 @@ pub use direct::{Direct, DirectFactor, SolveError, optimum};
 pub use elimination::Elimination;
 pub use gauss_seidel::{GaussSeidel, SweepOrder, sweep};
 pub use headings::{Compass, HeadingError, HeadingMethod, Headings, Turn, headings};
-pub use incremental::{Incremental, NoSuchSpring};
+pub use incremental::{Incremental, NoSuchSpring, OnlineSweeps};
 pub use multilevel::Multilevel;
 pub use network::{Anchor, Network, NetworkError};
 pub use node_variances::{NodeVariances, sweep_with_variances};

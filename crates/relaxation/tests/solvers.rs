@@ -7,8 +7,8 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use relaxation::{
-    Anchor, ConjugateGradient, Direct, DirectFactor, Elimination, GaussSeidel, Multilevel, Network, Preconditioner,
-    RelaxOptions, Relaxed, Solver, Sor, Spring, SweepOrder, gap_bound, optimum, sweep,
+    Anchor, Auto, ConjugateGradient, Direct, DirectFactor, Elimination, GaussSeidel, Multilevel, Network,
+    Preconditioner, RelaxOptions, Relaxed, Solver, Sor, Spring, SweepOrder, gap_bound, optimum, sweep,
 };
 
 use crate::problems;
@@ -18,6 +18,7 @@ fn solvers() -> Vec<Box<dyn Solver>> {
     let mut sor = Sor::for_loop_of(60);
     sor.options = options;
     vec![
+        Box::new(Auto),
         Box::new(Elimination),
         Box::new(GaussSeidel { options, order: SweepOrder::Forward }),
         Box::new(GaussSeidel { options, order: SweepOrder::Symmetric }),

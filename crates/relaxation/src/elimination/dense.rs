@@ -11,7 +11,7 @@ const LARGE: usize = 4000;
 const PANEL: usize = 48;
 
 /// `target[i] −= Σ_k columns[row, k] · columns[row + i, k]` over all columns (of length `stride` each).
-#[inline]
+#[inline(always)]
 fn downdate(target: &mut [f64], columns: &[f64], stride: usize, row: usize) {
     let length = target.len();
     let mut quads = columns.chunks_exact(4 * stride);
@@ -38,6 +38,7 @@ fn downdate(target: &mut [f64], columns: &[f64], stride: usize, row: usize) {
 /// Factors the columns of `l` (`stride` rows each) in place: `L Lᵀ` of what they hold, the diagonal inverted.
 ///
 /// `pivot(k, below)` says what is left on the diagonal of column `k`; `below` is the column from its diagonal down.
+#[inline(always)]
 pub(super) fn factor_columns(l: &mut [f64], stride: usize, mut pivot: impl FnMut(usize, &mut [f64]) -> f64) {
     let count = l.len().checked_div(stride).unwrap_or(0);
     for first in (0..count).step_by(PANEL) {
@@ -65,6 +66,7 @@ pub(super) fn factor_columns(l: &mut [f64], stride: usize, mut pivot: impl FnMut
 }
 
 /// Subtracts from all columns of `panel`, the first of which is column `first`, what the columns `done` contribute.
+#[inline(never)]
 fn downdate_panel(panel: &mut [f64], done: &[f64], stride: usize, first: usize) {
     let width = panel.len() / stride;
     let target = MatMut::from_column_major_slice_mut(panel, stride, width).get_mut(first.., ..);
@@ -74,6 +76,7 @@ fn downdate_panel(panel: &mut [f64], done: &[f64], stride: usize, first: usize) 
 }
 
 /// `u −= B Bᵀ` in the lower triangle, with `B` the rows of `l` from `from` on.
+#[inline(always)]
 pub(super) fn downdate_rest(u: &mut [f64], l: &[f64], stride: usize, from: usize) {
     let size = stride - from;
     if size == 0 {

@@ -17,7 +17,7 @@ use super::symbolic::Symbolic;
 pub(crate) struct Factor<const WIDTH: usize> {
     pub(crate) order: Order,
     pub(crate) symbolic: Symbolic,
-    /// Where the block of each supernode begins in `values`.
+    /// Where the block of each supernode begins in `values`, and at the end their length.
     pub(crate) value_start: Vec<usize>,
     /// The blocks, column-major: the columns of each supernode from its first row down, the diagonal inverted.
     pub(crate) values: Vec<f64>,
@@ -26,17 +26,42 @@ pub(crate) struct Factor<const WIDTH: usize> {
 impl<const WIDTH: usize> Factor<WIDTH> {
     /// Factors the matrix of `graph` in the given order.
     pub(crate) fn new<C: Compliance>(graph: &Graph<C>, order: Order) -> Self {
+        let mut factor = Self::planned(graph, order);
+        factor.compute(graph);
+        factor
+    }
+
+    /// The pattern of the factor, without its numbers.
+    pub(crate) fn planned<C: Compliance>(graph: &Graph<C>, order: Order) -> Self {
         let symbolic = Symbolic::new(graph, &order);
-        let mut value_start = Vec::with_capacity(symbolic.supernodes.len());
+        let mut value_start = Vec::with_capacity(symbolic.supernodes.len() + 1);
         let mut total = 0;
         for (id, s) in symbolic.supernodes.iter().enumerate() {
             value_start.push(total);
             let columns = (s.end - s.first) as usize * WIDTH;
             total += columns * (columns + symbolic.rows(id).len() * WIDTH);
         }
-        let mut factor = Self { order, symbolic, value_start, values: vec![0.0; total] };
-        factor.compute(graph);
-        factor
+        value_start.push(total);
+        Self { order, symbolic, value_start, values: Vec::new() }
+    }
+
+    /// About how many multiplications [`compute`](Self::compute) takes.
+    #[expect(clippy::cast_precision_loss, reason = "an estimate")]
+    pub(crate) fn work(&self) -> f64 {
+        let supernodes = self.symbolic.supernodes.iter().enumerate();
+        let fronts = supernodes.map(|(id, s)| (s.end - s.first, self.symbolic.rows(id).len()));
+        let sizes = fronts.map(|(columns, rows)| (columns as f64 * WIDTH as f64, rows as f64 * WIDTH as f64));
+        sizes
+            .map(|(columns, rows)| columns * (columns * columns / 6.0 + columns * rows / 2.0 + rows * rows / 2.0))
+            .sum()
+    }
+
+    /// Computes the numbers of the factor, with the best vector instructions of the machine, found at run time: everything
+    /// below is inlined into this call.
+    pub(crate) fn compute<C: Compliance>(&mut self, graph: &Graph<C>) {
+        let total = self.value_start[self.symbolic.supernodes.len()];
+        self.values = vec![0.0; total];
+        pulp::Arch::new().dispatch(|| self.eliminate(graph));
     }
 
     /// The number of unknowns.
@@ -44,7 +69,8 @@ impl<const WIDTH: usize> Factor<WIDTH> {
         self.order.node.len() * WIDTH
     }
 
-    fn compute<C: Compliance>(&mut self, graph: &Graph<C>) {
+    #[inline(always)]
+    fn eliminate<C: Compliance>(&mut self, graph: &Graph<C>) {
         // What children leave to their parents lies on two stacks, one for even depths of the tree and one for odd: a
         // parent's remainder is made while its children's, on top of the other stack, are used up.
         let mut stacks = [Vec::new(), Vec::new()];
@@ -268,6 +294,7 @@ fn depths(supernodes: &[Supernode]) -> Vec<u32> {
 }
 
 /// Adds a child's remainder to its parent's columns and, beyond them, to the parent's own remainder.
+#[inline(always)]
 fn extend_add(child: &[f64], map: &[u32], block: &mut [f64], stride: usize, rest: &mut [f64]) {
     let size = map.len();
     let columns = block.len() / stride;
