@@ -18,8 +18,8 @@ use crate::solver::{RelaxOptions, Relaxed, Solver};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Auto;
 
-/// Multiplications of a factorisation that take as long as conjugate gradients take per spring: about 4 µs.
-const MULTIPLICATIONS_PER_SPRING: f64 = 4e4;
+/// Multiplications of a factorisation that take as long as conjugate gradients take per spring: about 6 µs.
+const MULTIPLICATIONS_PER_SPRING: f64 = 6e4;
 
 /// Multiplications that are quicker done than thought about.
 const FREE: f64 = 1e9;

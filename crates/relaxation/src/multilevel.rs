@@ -24,7 +24,9 @@ use crate::solver::{RelaxOptions, Relaxed, Solver};
 /// ```
 ///
 /// One cycle sweeps each level once on the way down and once, backward, on the way up. It costs about four sweeps, and
-/// shrinks the error to a fifth on loops of any length, to about two thirds on wide grids.
+/// shrinks the error to a fifth on loops of any length, to about two thirds on even grids. On large irregular maps whose
+/// springs differ much in stiffness cycles alone become slow (500 of them leave an excess of 5e-5 at 10⁵ places); there they are
+/// to be used as the preconditioner of [`ConjugateGradient`](crate::ConjugateGradient), which is its default.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
