@@ -59,6 +59,7 @@ fn what_cannot_be_simulated_is_said_with_a_way_out() {
     simulate().arg(&world).assert().code(2).stderr(contains("--waypoints"));
     simulate().arg("nowhere").assert().code(2).stderr(contains("office-loop"));
     simulate().arg("none.toml").assert().code(3).stderr(contains("none.toml"));
+    simulate().arg("plan.png").assert().code(2).stderr(contains("--resolution"));
     simulate().arg("random:x").assert().code(2).stderr(contains("whole number"));
     simulate().args(["flat", "--robot", "r2d2"]).assert().code(2).stderr(contains("nomad200"));
     let blocked = "tour cannot be driven: waypoint 1 at (9.00, 1.00)";

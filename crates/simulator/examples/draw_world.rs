@@ -1,5 +1,5 @@
-//! Draws worlds: plans, map_server maps, or random offices by their seed:
-//! `cargo run -p simulator --example draw_world -- OUT.png WORLD.toml|MAP.yaml|SEED`. Says how much floor a robot can reach.
+//! Draws worlds: plans, map_server maps, line maps, drawn floor plans, or random offices by their seed:
+//! `cargo run -p simulator --example draw_world -- OUT.png WORLD.toml|MAP.yaml|LINES.map|IMAGE.png@RESOLUTION|SEED`. Says how much floor a robot can reach.
 
 use std::path::Path;
 
@@ -38,7 +38,14 @@ fn load(source: &str) -> Result<World, Box<dyn std::error::Error>> {
     if let Ok(seed) = source.parse() {
         return Ok(random_office(seed, &OfficeStyle::default()));
     }
-    let text = std::fs::read_to_string(source)?;
+    if let Some((image, resolution)) = source.split_once('@') {
+        let pixels = MapImage::read(&std::fs::read(image)?)?;
+        return Ok(World::from_map(image, &MapDescription::drawing(image, resolution.parse()?), &pixels)?);
+    }
+    let text = String::from_utf8_lossy(&std::fs::read(source)?).into_owned();
+    if source.ends_with(".map") {
+        return Ok(World::from_line_map(source, &text)?);
+    }
     if source.ends_with(".toml") {
         return Ok(World::from_plan(&text)?);
     }

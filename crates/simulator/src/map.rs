@@ -92,6 +92,20 @@ impl MapDescription {
         })
     }
 
+    /// The description of a drawn floor plan: black lines on white, its lower left corner at the origin, `resolution`
+    /// metres per pixel.
+    #[must_use]
+    pub fn drawing(image: &str, resolution: f64) -> Self {
+        Self {
+            image: image.to_owned(),
+            resolution,
+            map_from_image: Isometry2::identity(),
+            negate: false,
+            occupied_thresh: 0.5,
+            free_thresh: 0.5,
+        }
+    }
+
     /// Whether a pixel of this grey is floor.
     fn is_free(&self, grey: u8) -> bool {
         let share = f64::from(grey) / 255.0;
@@ -142,6 +156,8 @@ fn origin(value: &str) -> Option<Isometry2<f64>> {
 
 /// The room that a robot needs at its start, in metres: the Nomad's radius and a hand's breadth.
 const ELBOW_ROOM: f64 = 0.3;
+/// Floor that is not connected with the image's border counts as the inside of the building if it has so many square metres.
+const LEAST_INSIDE: f64 = 10.0;
 /// Straight pieces shorter than this count as clutter, which scatters sound; longer ones as smooth walls.
 const CLUTTER: f64 = 0.4;
 
@@ -150,7 +166,7 @@ impl World {
     ///
     /// The outlines of the floor are straightened within a pixel's width, so that walls at a slant are flat and not
     /// stairs: a mirror-like sensor would see each step. The robot starts where it has most room, in the largest
-    /// connected piece of floor.
+    /// connected piece of floor that does not run out of the image, if there is one of 10 m².
     ///
     /// # Errors
     ///
@@ -199,8 +215,19 @@ impl Floor {
         let room = rooms(columns, rows, &free);
         #[expect(clippy::cast_possible_truncation, reason = "pixels per robot are few")]
         let needed = (ELBOW_ROOM / description.resolution) as f32;
-        let roomy: Vec<bool> = room.iter().map(|&room| room > needed).collect();
-        let largest = largest_piece(columns, &roomy).ok_or(MapError::NoFloor(ELBOW_ROOM))?;
+        let outside = connected_with_border(columns, rows, &free);
+        let roomy = |inside: bool| -> Vec<bool> {
+            (0..free.len()).map(|at| room[at] > needed && !(inside && outside[at])).collect()
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "saturating by the language's rule"
+        )]
+        let least = (LEAST_INSIDE / (description.resolution * description.resolution)) as usize;
+        // A drawn plan is white round the building, too; a map by a robot may be cut off at its border.
+        let inside = largest_piece(columns, &roomy(true)).filter(|piece| piece.len() >= least);
+        let largest = inside.or_else(|| largest_piece(columns, &roomy(false))).ok_or(MapError::NoFloor(ELBOW_ROOM))?;
         let mut start = largest[0];
         for &pixel in &largest {
             if room[pixel] > room[start] {
@@ -215,6 +242,20 @@ impl Floor {
     fn is_free(&self, column: usize, row: usize) -> bool {
         self.free[row * self.columns + column]
     }
+}
+
+/// The free pixels that are connected with the border of the image.
+fn connected_with_border(columns: usize, rows: usize, free: &[bool]) -> Vec<bool> {
+    let mut seen = vec![false; free.len()];
+    let top = (rows - 1) * columns;
+    let ends = (0..columns).flat_map(|column| [column, top + column]);
+    let sides = (0..rows).flat_map(|row| [row * columns, row * columns + columns - 1]);
+    for start in ends.chain(sides) {
+        if free[start] && !seen[start] {
+            flood(columns, free, start, &mut seen);
+        }
+    }
+    seen
 }
 
 /// Pixels from each free pixel to the nearest solid one or the border, by the 3-4 chamfer (Borgefors 1986).

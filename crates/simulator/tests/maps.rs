@@ -46,3 +46,25 @@ fn every_map_becomes_a_world_with_room_at_the_start() {
         assert!(world.at(0.0).clearance(here, 1.0) > 0.22, "{name}");
     }
 }
+
+#[test]
+fn a_line_map_becomes_a_world() {
+    let Some(folder) = maps() else { return };
+    let text = String::from_utf8_lossy(&std::fs::read(folder.join("AMROffice.map")).unwrap()).into_owned();
+    let world = World::from_line_map("office", &text).unwrap();
+    assert!(world.walls().len() >= 243); // as many as its header says, and the forbidden lines
+    let mut robot = Robot::new(&world, RobotDescription::named("laser").unwrap(), 1).unwrap();
+    let mut log = Vec::new();
+    assert!(robot.execute(&Command::Drive { distance: 100.0 }, &mut log).blocked);
+}
+
+#[test]
+fn drawn_floor_plans_become_worlds_once_their_scale_is_given() {
+    let Some(folder) = maps() else { return };
+    for (name, resolution) in [("stage_hospital.png", 0.0475), ("orebro_aass_evacuation_plan.png", 0.05)] {
+        let image = MapImage::read(&std::fs::read(folder.join(name)).unwrap()).unwrap();
+        let world = World::from_map(name, &MapDescription::drawing(name, resolution), &image).unwrap();
+        println!("{name}: {} walls", world.walls().len());
+        assert!(world.walls().len() > 100, "{name}");
+    }
+}

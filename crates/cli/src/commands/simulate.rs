@@ -24,12 +24,15 @@ use frames::Frames;
 #[derive(Debug, Args)]
 #[command(after_help = "Worlds that come along: office-46x12, office-loop, laboratory, flat")]
 pub(crate) struct SimulateArgs {
-    /// A plan (.toml), a map_server map (.yaml), a world that comes along, or `random:SEED`
+    /// A plan (.toml), a map (.yaml; .map; .png or .pgm with --resolution), a world that comes along, or `random:SEED`
     #[arg(value_name = "WORLD")]
     world: String,
     /// The robot: a name (nomad200, nomad200-infrared, nomad200-perfect-compass, laser, perfect) or a description (.toml)
     #[arg(long, value_name = "ROBOT", default_value = "nomad200")]
     robot: String,
+    /// Metres per pixel of a world that is an image
+    #[arg(long, value_name = "M", value_parser = crate::input::positive)]
+    resolution: Option<f64>,
     /// All that is random follows from it
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -78,7 +81,7 @@ struct Report {
 
 /// Drives the robot through the world and writes its log.
 pub(crate) fn run(args: &SimulateArgs, context: &Context) -> Result<(), Failure> {
-    let world = world::load(&args.world)?;
+    let world = world::load(&args.world, args.resolution)?;
     let description = robot(&args.robot)?;
     let points = args.points(&world)?;
     let mut robot = Robot::new(&world, description, args.seed)
