@@ -85,6 +85,9 @@ pub struct Alignment {
 /// So many walls of either side rank peaks; the best is then judged by all.
 const ENOUGH_WALLS: usize = 160;
 
+/// A peak that scores less than this share of the best cannot climb past it.
+const NEAR_BEST: f64 = 0.7;
+
 /// Turns further apart than this, in radians, are different matches.
 const PEAK_TURN: f64 = 0.35;
 
@@ -176,7 +179,8 @@ pub fn align(a: &Signature, b: &Signature, options: &AlignOptions) -> Alignment 
         peak.score = rough.at(peak.offset, peak.turn).score;
     }
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
-    for peak in found.iter_mut().take(2) {
+    let near_best = NEAR_BEST * found.first().map_or(0.0, |best| best.score);
+    for peak in found.iter_mut().take(2).filter(|peak| peak.score >= near_best) {
         rough.climb(peak, fine, volume.turn_step());
     }
     found.sort_by(|a, b| b.score.total_cmp(&a.score));

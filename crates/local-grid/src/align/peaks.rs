@@ -13,18 +13,24 @@ pub(crate) struct Peak {
 
 /// How many peaks are looked at closely.
 const MOST: usize = 8;
+/// How many poses are sorted to find them.
+const MOST_SORTED: usize = 4096;
+/// Poses that score less than this share of the best are no rivals.
+const WORTH_A_LOOK: f64 = 0.5;
 
 /// The best poses of the volume, each a separation away from all better ones.
 pub(crate) fn of(volume: &Volume, options: &AlignOptions) -> Vec<Peak> {
-    let mut order: Vec<u32> = volume.scored().collect();
-    let enough = order.len().min(4096);
-    if enough < order.len() {
-        order.select_nth_unstable_by(enough, |&a, &b| volume.rank(b).total_cmp(&volume.rank(a)).then(a.cmp(&b)));
-        order.truncate(enough);
+    let ranked: Vec<(f64, u32)> = volume.scored().map(|index| (volume.rank(index), index)).collect();
+    let best = ranked.iter().map(|scored| scored.0).fold(0.0, f64::max);
+    let mut order: Vec<(f64, u32)> = ranked.into_iter().filter(|scored| scored.0 >= WORTH_A_LOOK * best).collect();
+    let falling = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+    if order.len() > MOST_SORTED {
+        order.select_nth_unstable_by(MOST_SORTED, falling);
+        order.truncate(MOST_SORTED);
     }
-    order.sort_by(|&a, &b| volume.rank(b).total_cmp(&volume.rank(a)).then(a.cmp(&b)));
+    order.sort_unstable_by(falling);
     let mut peaks: Vec<Peak> = Vec::new();
-    for index in order {
+    for (_, index) in order {
         let peak = volume.peak(index);
         let apart = |other: &Peak| {
             let turned = (peak.turn - other.turn).abs();

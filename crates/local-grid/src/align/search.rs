@@ -184,7 +184,8 @@ impl Slice {
         let rotation = Rotation2::new(turn);
         let turned: Vec<Vector2<f64>> =
             walls.iter().map(|wall| (rotation * wall - origin) / resolution - Vector2::repeat(0.5)).collect();
-        let askew = common_fraction(&turned);
+        // Unturned lattices lie askew by one and the same fraction of a cell; turned ones have none in common.
+        let askew = if turn == 0.0 { common_fraction(&turned) } else { Vector2::zeros() };
         let side = 2 * reach + 1;
         let mut sums = vec![0; side * side];
         for wall in &turned {

@@ -1,4 +1,4 @@
-use nalgebra::{Isometry2, Point2, Vector2};
+use nalgebra::{Isometry2, Point2};
 
 use crate::{CellClass, GridFrame, Signature};
 
@@ -6,6 +6,7 @@ use crate::{CellClass, GridFrame, Signature};
 #[derive(Debug, Clone)]
 pub(crate) struct WallTable {
     frame: GridFrame,
+    cells_per_metre: f64,
     near: Vec<f32>,
     known: Vec<bool>,
 }
@@ -30,7 +31,7 @@ impl WallTable {
     /// A table of given nearness and known-ness, row by row.
     pub(crate) fn of(frame: GridFrame, cells: impl Iterator<Item = (f32, bool)>) -> Self {
         let (near, known) = cells.unzip();
-        Self { frame, near, known }
+        Self { frame, cells_per_metre: 1.0 / frame.resolution(), near, known }
     }
 
     pub(crate) fn new(signature: &Signature, wall_sigma: f64) -> Self {
@@ -43,7 +44,7 @@ impl WallTable {
         }
         let seen = |(class, near): (&CellClass, &f32)| *class != CellClass::Unknown || *near > 0.5;
         let known = signature.classes().iter().zip(&near).map(seen).collect();
-        Self { frame, near, known }
+        Self { frame, cells_per_metre: 1.0 / frame.resolution(), near, known }
     }
 
     pub(crate) fn frame(&self) -> &GridFrame {
@@ -55,29 +56,28 @@ impl WallTable {
         (self.near[index], self.known[index])
     }
 
-    /// Nearness to a wall between cell centres, and whether the cell is known; `None` outside.
-    fn sample(&self, point: Point2<f64>) -> Option<(f64, bool)> {
-        let (row, column) = self.frame.cell_at(point)?;
-        let known = self.known[row * self.frame.columns() + column];
-        Some((self.interpolate(point), known))
-    }
-
-    /// Bilinear interpolation of nearness; cells outside are far from walls.
+    /// Nearness to a wall, bilinear between cell centres, and whether the cell is known; `None` outside.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against the frame")]
-    fn interpolate(&self, point: Point2<f64>) -> f64 {
-        let at = (point - self.frame.origin()) / self.frame.resolution() - Vector2::repeat(0.5);
-        let low = at.map(f64::floor);
-        let (fx, fy) = (at.x - low.x, at.y - low.y);
-        let value = |dx: f64, dy: f64| {
-            let (x, y) = (low.x + dx, low.y + dy);
-            if x < 0.0 || y < 0.0 {
-                return 0.0;
-            }
-            self.frame.index(y as usize, x as usize).map_or(0.0, |index| f64::from(self.near[index]))
-        };
-        let below = value(0.0, 0.0) * (1.0 - fx) + value(1.0, 0.0) * fx;
-        let above = value(0.0, 1.0) * (1.0 - fx) + value(1.0, 1.0) * fx;
-        below * (1.0 - fy) + above * fy
+    fn sample(&self, point: Point2<f64>) -> Option<(f64, bool)> {
+        let (rows, columns) = (self.frame.rows(), self.frame.columns());
+        let at = (point - self.frame.origin()) * self.cells_per_metre;
+        if !(at.x >= 0.0 && at.y >= 0.0) {
+            return None;
+        }
+        let (column, row) = (at.x as usize, at.y as usize);
+        if column >= columns || row >= rows {
+            return None;
+        }
+        let known = self.known[row * columns + column];
+        // The four centres around the point; at the border the outermost cell stands for those beyond.
+        let (x, y) = ((at.x - 0.5).max(0.0), (at.y - 0.5).max(0.0));
+        let (left, low) = (x as usize, y as usize);
+        let (right, high) = ((left + 1).min(columns - 1), (low + 1).min(rows - 1));
+        let near = |row: usize, column: usize| f64::from(self.near[row * columns + column]);
+        let (fx, fy) = (x.fract(), y.fract());
+        let below = near(low, left) * (1.0 - fx) + near(low, right) * fx;
+        let above = near(high, left) * (1.0 - fx) + near(high, right) * fx;
+        Some((below * (1.0 - fy) + above * fy, known))
     }
 
     /// What `walls`, carried by `here_from_there`, meet here.
