@@ -6,6 +6,7 @@ use crate::failure::Failure;
 pub(crate) mod compare;
 pub(crate) mod convert;
 pub(crate) mod demo;
+pub(crate) mod evaluate;
 pub(crate) mod grid;
 pub(crate) mod inspect;
 pub(crate) mod plan;
@@ -24,6 +25,7 @@ pub(crate) enum Command {
     Grid(grid::GridArgs),
     Plan(plan::PlanArgs),
     Compare(compare::CompareArgs),
+    Evaluate(evaluate::EvaluateArgs),
     Simulate(simulate::SimulateArgs),
 }
 
@@ -39,6 +41,7 @@ impl Command {
             Self::Grid(args) => grid::run(args, context),
             Self::Plan(args) => plan::run(args, context),
             Self::Compare(args) => compare::run(args, context),
+            Self::Evaluate(args) => evaluate::run(args, context),
             Self::Simulate(args) => simulate::run(args, context),
         }
     }

@@ -12,7 +12,6 @@ pub(crate) enum Exit {
     /// The input cannot be used.
     Rejected = 3,
     /// The work is done, and a gate that the user set did not hold.
-    #[expect(dead_code, reason = "for the commands with gates")]
     Gate = 4,
     /// The user interrupted the work.
     Interrupted = 130,

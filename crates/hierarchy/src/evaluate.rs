@@ -7,6 +7,7 @@
 //! | are the true relations met? | [`relations_error`] |
 //! | does the robot know its place? | [`Contingency`], [`Recognition`] |
 //! | are the walls where they should be? | [`compare_maps`], [`map_score`] |
+//! | is the map sharp, where nothing is known to be true? | [`sharpness`], [`mean_entropy`] |
 
 #[cfg(test)]
 mod agreement;
@@ -17,6 +18,7 @@ mod path;
 mod path_error;
 mod recognition;
 mod relations;
+mod sharpness;
 mod statistics;
 
 pub use alignment::{Alignment, Fit, align};
@@ -27,4 +29,5 @@ pub use recognition::{Contingency, Recognition};
 pub use relations::{
     ErrorParts, Relation, RelationsError, RelationsOptions, RelationsParseError, read_relations, relations_error,
 };
+pub use sharpness::{Sharpness, mean_entropy, sharpness, wall_thickness};
 pub use statistics::Statistics;

@@ -10,6 +10,9 @@ use super::statistics::Statistics;
 pub struct AbsoluteError {
     /// Pairs of poses that were compared.
     pub pairs: usize,
+    /// The motion that was applied to the estimate before it was compared.
+    #[serde(skip)]
+    pub reference_from_estimate: Isometry2<f64>,
     /// Distances in metres, after the alignment.
     pub translation_m: Statistics,
     /// Differences of heading in degrees, after the alignment.
@@ -87,6 +90,7 @@ pub fn absolute_error(
     let turns: Vec<f64> = pairs.iter().map(turn).collect();
     Some(AbsoluteError {
         pairs: pairs.len(),
+        reference_from_estimate: motion,
         translation_m: Statistics::of(&distances)?,
         rotation_deg: Statistics::of(&turns)?,
         fitted_rotation_deg: fit.reference_from_estimate.rotation.angle().to_degrees(),

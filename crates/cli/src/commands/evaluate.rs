@@ -1,0 +1,160 @@
+use std::path::PathBuf;
+
+use clap::Args;
+use hierarchy::evaluate::{
+    AbsoluteError, Alignment, Delta, MapMatch, RelationsError, RelationsOptions, RelativeError, Sharpness, TimedPath,
+    absolute_error, compare_maps, read_relations, relations_error, relative_error, sharpness,
+};
+use nalgebra::Isometry2;
+use serde::Serialize;
+
+use crate::context::Context;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::files;
+use crate::input::ReadingArgs;
+
+mod gate;
+mod subject;
+mod table;
+
+use gate::Gate;
+use subject::{Subject, is_map, read_map, read_path};
+
+/// How good a run is: against the truth, with the names and values that evo prints, or without one
+///
+/// Examples:
+///   topogrid evaluate runs/office --truth office.log
+///   topogrid evaluate runs/intel --relations intel.relations --json
+///   topogrid evaluate runs/office --truth true_map.yaml --fail-on 'map.free_iou<0.8'
+#[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct EvaluateArgs {
+    /// What is judged: a run folder, a trajectory (.tum), or a log (its odometry)
+    #[arg(value_name = "RUN")]
+    subject: PathBuf,
+    /// What is true: a trajectory (.tum), a log (its true poses, else its odometry), or a map (.yaml); may be given twice
+    #[arg(long, value_name = "FILE")]
+    truth: Vec<PathBuf>,
+    /// True relations between stamps: `stamp stamp x y z roll pitch yaw` per line
+    #[arg(long, value_name = "FILE")]
+    relations: Option<PathBuf>,
+    /// The raw odometry to show beside, a trajectory or a log [default: odometry.tum of the run folder]
+    #[arg(long, value_name = "FILE")]
+    odometry: Option<PathBuf>,
+    /// Carry poses between those of the trajectory by the odometry, for trajectories of few poses
+    #[arg(long)]
+    carry: bool,
+    /// How the path is laid onto the true one first
+    #[arg(long, value_name = "HOW", default_value = "rigid")]
+    align: AlignChoice,
+    /// Stamps so many seconds apart are still the same
+    #[arg(long, value_name = "S", default_value_t = 0.01)]
+    apart: f64,
+    /// Length of the stretches of the relative error, in metres of the true path
+    #[arg(long, value_name = "M", default_value_t = 1.0)]
+    stretch: f64,
+    /// End with exit code 4 where this holds, such as 'rmse>0.3' or 'relations.far.translation_mean_m>0.1'; may be repeated
+    #[arg(long, value_name = "EXPR")]
+    fail_on: Vec<Gate>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+/// How a path is laid onto the true one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum AlignChoice {
+    Rigid,
+    Origin,
+    None,
+}
+
+impl From<AlignChoice> for Alignment {
+    fn from(choice: AlignChoice) -> Self {
+        match choice {
+            AlignChoice::Rigid => Self::Rigid,
+            AlignChoice::Origin => Self::Origin,
+            AlignChoice::None => Self::None,
+        }
+    }
+}
+
+/// What is printed, as JSON or as a table.
+#[derive(Debug, Serialize)]
+struct Report {
+    schema: &'static str,
+    file: String,
+    poses: usize,
+    path_length_m: f64,
+    #[serde(flatten)]
+    estimate: Scores,
+    odometry: Option<Scores>,
+    map: Option<MapMatch>,
+    sharpness: Option<Sharpness>,
+}
+
+/// The scores of one path.
+#[derive(Debug, Serialize)]
+struct Scores {
+    ate: Option<AbsoluteError>,
+    rpe: Option<RelativeError>,
+    relations: Option<RelationsError>,
+}
+
+/// Judges the run and prints the scores.
+pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure> {
+    let subject = Subject::read(&args.subject, args.odometry.as_deref(), &args.reading)?;
+    let truth_path = args.truth.iter().find(|path| !is_map(path));
+    let truth = truth_path.map(|path| read_path(path, &args.reading, true)).transpose()?;
+    let relations = args.relations.as_ref().map(|path| {
+        read_relations(files::open(path)?).map_err(|error| Failure::rejected(path, "relations.parse", &error))
+    });
+    let relations = relations.transpose()?;
+    let carrier = subject.odometry.as_ref().filter(|_| args.carry);
+    let scores = |path: &TimedPath, carrier: Option<&TimedPath>| Scores {
+        ate: truth.as_ref().and_then(|truth| absolute_error(path, truth, args.align.into(), args.apart)),
+        rpe: truth.as_ref().and_then(|truth| relative_error(path, truth, Delta::Metres(args.stretch), args.apart)),
+        relations: relations
+            .as_ref()
+            .map(|relations| relations_error(path, relations, carrier, &RelationsOptions::default())),
+    };
+    let estimate = scores(&subject.path, carrier);
+    if let (Some(path), None) = (truth_path, &estimate.ate) {
+        let message =
+            format!("no stamp of {} lies within {} s of one of {}", args.subject.display(), args.apart, path.display());
+        return Err(Failure::new(Exit::Rejected, "evaluate.stamps", message)
+            .help("allow more with --apart, or check the clocks"));
+    }
+    if estimate.relations.is_some_and(|relations| relations.all.is_none()) {
+        let message = "no relation lies within the time of the trajectory";
+        return Err(Failure::new(Exit::Rejected, "evaluate.stamps", message).help("check that both use the same clock"));
+    }
+    let aligned = estimate.ate.as_ref().map_or_else(Isometry2::identity, |ate| ate.reference_from_estimate);
+    let report = Report {
+        schema: "topogrid/evaluate/1",
+        file: args.subject.display().to_string(),
+        poses: subject.path.len(),
+        path_length_m: subject.path.length(),
+        odometry: subject.odometry.as_ref().map(|path| scores(path, None)),
+        map: compare(args, &subject, &aligned)?,
+        sharpness: subject.map.as_ref().map(|(map, _)| sharpness(map)),
+        estimate,
+    };
+    if context.json {
+        context.print_json(&report)?;
+    } else {
+        context.print(&table::render(&report))?;
+    }
+    gate::check(&args.fail_on, &report)
+}
+
+/// The map of the run against the true map, if there are both; `aligned` lays the run's frame onto that of the true path.
+fn compare(args: &EvaluateArgs, subject: &Subject, aligned: &Isometry2<f64>) -> Result<Option<MapMatch>, Failure> {
+    let Some(path) = args.truth.iter().find(|path| is_map(path)) else { return Ok(None) };
+    let Some((map, map_from_grid)) = &subject.map else {
+        let message = format!("{} holds no map to compare with {}", args.subject.display(), path.display());
+        return Err(Failure::new(Exit::Usage, "evaluate.map", message).help("name a run folder"));
+    };
+    let (reference, true_from_grid) = read_map(path)?;
+    Ok(Some(compare_maps(map, &reference, &(true_from_grid.inverse() * aligned * map_from_grid))))
+}

@@ -1,0 +1,70 @@
+use std::fmt::Write as _;
+
+use super::{Report, Scores};
+
+/// A line of the table: what it is, how it is read from the scores of a path, decimals, unit.
+type Row = (&'static str, fn(&Scores) -> Option<f64>, usize, &'static str);
+
+const ROWS: [Row; 13] = [
+    ("ATE rmse", |scores| Some(scores.ate.as_ref()?.translation_m.rmse), 3, "m"),
+    ("ATE mean", |scores| Some(scores.ate.as_ref()?.translation_m.mean), 3, "m"),
+    ("ATE max", |scores| Some(scores.ate.as_ref()?.translation_m.max), 3, "m"),
+    ("heading, mean", |scores| Some(scores.ate.as_ref()?.rotation_deg.mean), 2, "°"),
+    ("fitted scale", |scores| Some(scores.ate.as_ref()?.fitted_scale), 4, ""),
+    ("fitted rotation", |scores| Some(scores.ate.as_ref()?.fitted_rotation_deg), 2, "°"),
+    ("RPE mean", |scores| Some(scores.rpe.as_ref()?.translation_m.mean), 3, "m"),
+    ("RPE turn, mean", |scores| Some(scores.rpe.as_ref()?.rotation_deg.mean), 2, "°"),
+    ("relations, mean", |scores| Some(scores.relations?.all?.translation_mean_m), 4, "m"),
+    ("  turn, mean", |scores| Some(scores.relations?.all?.rotation_mean_deg), 3, "°"),
+    ("  up to 15 s", |scores| Some(scores.relations?.near?.translation_mean_m), 4, "m"),
+    ("  over 15 s", |scores| Some(scores.relations?.far?.translation_mean_m), 4, "m"),
+    ("  squared, mean", |scores| Some(scores.relations?.all?.translation_squared_m2), 5, "m²"),
+];
+
+/// The report in words; writing to a string cannot fail.
+pub(super) fn render(report: &Report) -> String {
+    let mut text = format!("{}: {} poses, {:.1} m\n", report.file, report.poses, report.path_length_m);
+    let compared = report.estimate.ate.is_some() || report.estimate.relations.is_some();
+    if compared {
+        let _ = writeln!(text, "\n  {:<18} {:>14} {:>14}", "", "odometry", "this");
+    }
+    for (name, read, decimals, unit) in ROWS {
+        let Some(value) = read(&report.estimate) else { continue };
+        let shown = |value: f64| format!("{value:.decimals$} {unit}");
+        let odometry = report.odometry.as_ref().and_then(read).map_or_else(|| "–".to_owned(), shown);
+        let _ = writeln!(text, "  {name:<18} {odometry:>14} {:>14}", shown(value));
+    }
+    if let Some(map) = &report.map {
+        let _ = writeln!(text, "\n  {:<18} {:>14} {:>14}", "walls within", "precision", "recall");
+        for walls in &map.walls {
+            let _ = writeln!(
+                text,
+                "  {:<18} {:>14.3} {:>14.3}",
+                format!("{} m", walls.tolerance_m),
+                walls.precision,
+                walls.recall
+            );
+        }
+        let iou = map.free_iou.map_or_else(|| "–".to_owned(), |iou| format!("{iou:.3}"));
+        let _ = writeln!(
+            text,
+            "  free space IoU {iou}, map score {:.3} per cell, {:.1} % unknown",
+            map.score_per_cell,
+            100.0 * map.unknown_share
+        );
+    }
+    if let Some(sharpness) = &report.sharpness {
+        let thickness = sharpness
+            .wall_thickness_m
+            .map_or_else(|| "no walls".to_owned(), |metres| format!("walls {metres:.3} m thick"));
+        let _ = writeln!(
+            text,
+            "\n  map: {thickness}, {:.1} m² free, {:.1} m² occupied",
+            sharpness.free_m2, sharpness.occupied_m2
+        );
+    }
+    if !compared && report.map.is_none() {
+        text += "\n  nothing to compare with: name --truth or --relations\n";
+    }
+    text
+}

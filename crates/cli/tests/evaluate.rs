@@ -1,0 +1,101 @@
+use predicates::prelude::*;
+use predicates::str::contains;
+
+use crate::topogrid;
+
+/// A run folder with a path that is twice too long, its odometry four times, the truth, and a map.
+fn run_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let tum = |scale: f64| {
+        (0..30).map(|k| format!("{k}.0 {} {} 0 0 0 0 1\n", scale * f64::from(k), f64::from(k % 5))).collect::<String>()
+    };
+    let write = |name: &str, text: &[u8]| std::fs::write(folder.path().join(name), text).unwrap();
+    write("trajectory.tum", tum(2.0).as_bytes());
+    write("odometry.tum", tum(4.0).as_bytes());
+    write("true.tum", tum(1.0).as_bytes());
+    write("true.relations", b"1.0 2.0 1.0 1.0 0 0 0 0\n1.0 21.0 20.0 0.0 0 0 0 0\n");
+    let mut image = b"P5\n20 10\n255\n".to_vec();
+    image.extend((0..200).map(|cell| if cell % 20 == 3 { 0u8 } else { 254 }));
+    write("map.pgm", &image);
+    write(
+        "map.yaml",
+        b"image: map.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+    );
+    folder
+}
+
+fn document(arguments: &[&str], folder: &tempfile::TempDir) -> serde_json::Value {
+    let told = topogrid().current_dir(folder.path()).arg("evaluate").args(arguments).arg("--json").assert().code(0);
+    serde_json::from_slice(&told.get_output().stdout).unwrap()
+}
+
+#[test]
+fn a_run_is_judged_with_its_odometry_beside() {
+    let folder = run_folder();
+    let scores = document(&[".", "--truth", "true.tum", "--relations", "true.relations"], &folder);
+    for name in ["max", "mean", "median", "min", "rmse", "sse", "std"] {
+        assert!(scores["ate"]["translation_m"][name].is_number(), "{name}");
+    }
+    assert!(
+        scores["odometry"]["ate"]["translation_m"]["rmse"].as_f64() > scores["ate"]["translation_m"]["rmse"].as_f64()
+    );
+    assert_eq!(scores["relations"]["far"]["translation_mean_m"], 20.0);
+    assert_eq!(scores["relations"]["near"]["translation_mean_m"], 1.0);
+    assert_eq!(scores["odometry"]["relations"]["far"]["translation_mean_m"], 60.0);
+    assert!(scores["sharpness"]["wall_thickness_m"].as_f64().unwrap() < 0.11);
+    topogrid()
+        .current_dir(folder.path())
+        .args(["evaluate", ".", "--truth", "true.tum"])
+        .assert()
+        .code(0)
+        .stdout(contains("ATE rmse").and(contains("odometry")).and(contains("walls 0.100 m thick")));
+}
+
+#[test]
+fn maps_are_compared() {
+    let folder = run_folder();
+    let scores = document(&[".", "--truth", "map.yaml"], &folder);
+    assert_eq!(scores["map"]["free_iou"], 1.0);
+    assert_eq!(scores["map"]["walls"][0]["precision"], 1.0);
+    topogrid().current_dir(folder.path()).args(["evaluate", "true.tum", "--truth", "map.yaml"]).assert().code(2);
+}
+
+#[test]
+fn gates_fail_with_4() {
+    let folder = run_folder();
+    let gate = |expression: &str| {
+        let mut command = topogrid();
+        command.current_dir(folder.path()).args(["evaluate", ".", "--truth", "true.tum", "--fail-on", expression]);
+        command.assert()
+    };
+    gate("rmse>0.5").code(4).stderr(contains("gate"));
+    gate("rmse>5000").code(0);
+    gate("odometry.ate.translation_m.rmse<5000").code(4);
+    gate("rsme>1").code(2);
+    gate("rmse").code(2);
+}
+
+#[test]
+fn what_cannot_be_compared_is_rejected() {
+    let folder = run_folder();
+    std::fs::write(folder.path().join("late.tum"), "900 0 0 0 0 0 0 1\n").unwrap();
+    std::fs::write(folder.path().join("broken.tum"), "1 2 3\n").unwrap();
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    for (arguments, why) in [
+        (["evaluate", ".", "--truth", "late.tum"], "--apart"),
+        (["evaluate", ".", "--truth", "broken.tum"], "line 1"),
+        (["evaluate", "empty", "--truth", "true.tum"], "no run folder"),
+        (["evaluate", "none.tum", "--truth", "true.tum"], "could not read"),
+    ] {
+        topogrid().current_dir(folder.path()).args(arguments).assert().code(3).stderr(contains(why));
+    }
+}
+
+#[test]
+fn the_truth_of_a_log_judges_its_odometry() {
+    let folder = run_folder();
+    let line = |k: i32| format!("TRUEPOS {k} 0 0 0 0 0 {k} h {k}\nODOM {k} {k} 0 0 0 0 {k} h {k}\n");
+    std::fs::write(folder.path().join("sim.log"), (0..9).map(line).collect::<String>()).unwrap();
+    let scores = document(&["sim.log", "--truth", "sim.log", "--align", "none"], &folder);
+    assert_eq!(scores["ate"]["translation_m"]["max"], 8.0);
+}
