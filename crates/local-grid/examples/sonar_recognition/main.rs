@@ -85,9 +85,8 @@ fn report(near: &[(Alignment, Vector2<f64>)], mut far: Vec<Alignment>, n_places:
         100.0 * area
     );
     for share in [0.05, 0.01, 0.001, 0.0] {
-        let index = ((1.0 - share) * m) as usize;
-        let Some(worst) = far.get(index.min(far.len().saturating_sub(1))) else { continue };
-        let found = near.iter().filter(|(found, _)| found.score > worst.score).count() as f64 / n;
+        let passes = |score: f64| far.iter().rev().take_while(|other| other.score >= score).count() as f64 / m;
+        let found = near.iter().filter(|(found, _)| passes(found.score) <= share).count() as f64 / n;
         println!("with {:>4} % of far pairs let through: {:.0} % of near pairs", 100.0 * share, 100.0 * found);
     }
 }
@@ -98,7 +97,8 @@ fn places(text: &str, model: &SonarCone, lag: f64) -> Result<Vec<Place>, Box<dyn
     let ring = Arc::new(RangeSensor::ring("sonar", SensorKind::Sonar, 16, 0.225, width, 0.4317..=6.46)?);
     let mut window = WorkingGrid::<Fuzzy>::new(&WorkingGridOptions::default(), Point2::origin())?;
     let mut robot = Robot::default();
-    let (mut places, mut pending): (Vec<Place>, Vec<(Point2<f64>, Point2<f64>, f64)>) = (Vec::new(), Vec::new());
+    let mut places: Vec<Place> = Vec::new();
+    let mut pending: Vec<(Point2<f64>, Point2<f64>, f64)> = Vec::new();
     let mut last = f64::NEG_INFINITY;
     for line in text.lines() {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
