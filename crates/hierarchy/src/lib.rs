@@ -1,4 +1,4 @@
-//! From a log to a consistent gridmap: the facade over all levels of the hierarchy of maps.
+#![doc = include_str!("../README.md")]
 
 mod atlas;
 mod config;

@@ -97,6 +97,16 @@ struct Likeness {
     decided: bool,
 }
 
+/// Where an old place lies and how far from there it may be looked for, in metres and radians.
+#[derive(Debug, Clone, Copy)]
+struct Gate {
+    known: PlaceId,
+    spot: Vector2<f64>,
+    distance: f64,
+    slack: f64,
+    turn_window: f64,
+}
+
 /// A shift of the stretch and what speaks for it.
 #[derive(Debug, Clone)]
 struct Hypothesis {
@@ -115,6 +125,10 @@ const WIDEST_GATE: f64 = 6.0;
 const OVERLAP: f64 = 1.2;
 /// Places closer than this lie on one spot, in metres.
 const SAME_SPOT: f64 = 0.5;
+/// Where the robot is known this well, in metres, the old places nearest to it say enough...
+const SURE: f64 = 0.6;
+/// ...and so many of them.
+const ENOUGH: usize = 2;
 /// Places in a stretch.
 const STRETCH: usize = 10;
 /// The least standard deviation of an alignment: half a cell and the walls' own roughness, in metres.
@@ -191,37 +205,40 @@ impl Recognizer {
         reach: &[Option<Reach>],
     ) -> Vec<Likeness> {
         let Some(new) = map.place(place).and_then(|place| place.signature()) else { return Vec::new() };
-        let mut compared: Vec<Vector2<f64>> = Vec::new();
-        let mut likenesses = Vec::new();
-        for known in map.places().iter().filter(|known| known.id < place) {
-            let Some((reach, old)) = reach.get(known.id.index()).copied().flatten().zip(known.signature()) else {
-                continue;
-            };
-            let spot = coordinates.map_from_place(known.id).translation.vector;
+        let mut gates: Vec<Gate> = Vec::new();
+        for known in map.places().iter().filter(|known| known.id < place && known.is_visited()) {
+            let Some(reach) = reach.get(known.id.index()).copied().flatten() else { continue };
             // A spot that was visited many times is compared once, with its first visit.
-            let again = compared.iter().any(|other| (other - spot).norm() < SAME_SPOT);
-            if !again && self.may_be_same(&reach, coordinates, place, known.id) {
-                compared.push(spot);
-                likenesses.push(self.look(new, old, known.id, &reach));
+            let spot = coordinates.map_from_place(known.id).translation.vector;
+            if gates.iter().all(|other| (other.spot - spot).norm() >= SAME_SPOT) {
+                gates.extend(self.gate(&reach, coordinates, place, known.id));
             }
         }
-        likenesses
+        if gates.iter().all(|gate| gate.slack < SURE) {
+            gates.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.known.cmp(&b.known)));
+            gates.truncate(ENOUGH);
+        }
+        let signature = |gate: &Gate| map.place(gate.known).and_then(|known| known.signature());
+        gates.iter().filter_map(|gate| Some(self.look(new, signature(gate)?, gate))).collect()
     }
 
-    fn may_be_same(&self, reach: &Reach, coordinates: &Coordinates, place: PlaceId, known: PlaceId) -> bool {
-        let expected = coordinates.map_from_place(place).inverse() * coordinates.map_from_place(known);
+    /// How far a place may lie from an old one; `None` where they cannot be the same or have nothing to tell each other.
+    fn gate(&self, reach: &Reach, coordinates: &Coordinates, place: PlaceId, known: PlaceId) -> Option<Gate> {
+        let spot = coordinates.map_from_place(known).translation.vector;
+        let distance = (spot - coordinates.map_from_place(place).translation.vector).norm();
         let slack = (self.gate_sigma * sigma(reach)).min(WIDEST_GATE);
-        reach.path >= RECENT_SPACINGS * self.spacing && expected.translation.vector.norm() <= slack + OVERLAP
+        let turn_window = (3.0 * reach.turn_variance.sqrt()).min(std::f64::consts::PI);
+        let possible = reach.path >= RECENT_SPACINGS * self.spacing && distance <= slack + OVERLAP;
+        possible.then_some(Gate { known, spot, distance, slack, turn_window })
     }
 
     /// Compares two signatures near their centres, whatever the coordinates say: those judge the shift, not the view.
-    fn look(&self, new: &Signature, old: &Signature, known: PlaceId, reach: &Reach) -> Likeness {
-        let turn_window = (3.0 * reach.turn_variance.sqrt()).min(std::f64::consts::PI);
-        let options = AlignOptions { reach: OVERLAP + 0.4, turn_window, ..self.align.clone() };
-        let alignment = align(new, old, &options);
+    fn look(&self, new: &Signature, old: &Signature, gate: &Gate) -> Likeness {
+        let reach = (gate.distance + gate.slack).min(OVERLAP) + 0.4;
+        let alignment = align(new, old, &AlignOptions { reach, turn_window: gate.turn_window, ..self.align.clone() });
         let log_ratio = self.log_ratio(&alignment);
-        let displacement = (log_ratio > 0.0).then(|| measured(&alignment, reach.turn_variance > 0.0));
-        Likeness { known, displacement, log_ratio, score: alignment.score, decided: false }
+        let displacement = (log_ratio > 0.0).then(|| measured(&alignment, gate.turn_window > 0.0));
+        Likeness { known: gate.known, displacement, log_ratio, score: alignment.score, decided: false }
     }
 
     /// How many times likelier such a view is at the same place than at another one, as a logarithm.
