@@ -10,6 +10,7 @@ pub(crate) mod evaluate;
 pub(crate) mod grid;
 pub(crate) mod inspect;
 pub(crate) mod plan;
+pub(crate) mod regions;
 pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod simulate;
@@ -27,6 +28,7 @@ pub(crate) enum Command {
     Compare(compare::CompareArgs),
     Evaluate(evaluate::EvaluateArgs),
     Simulate(simulate::SimulateArgs),
+    Regions(regions::RegionsArgs),
 }
 
 impl Command {
@@ -43,6 +45,7 @@ impl Command {
             Self::Compare(args) => compare::run(args, context),
             Self::Evaluate(args) => evaluate::run(args, context),
             Self::Simulate(args) => simulate::run(args, context),
+            Self::Regions(args) => regions::run(args, context),
         }
     }
 }

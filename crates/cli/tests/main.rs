@@ -6,6 +6,7 @@ mod evaluate;
 mod gridmaps;
 mod inspect;
 mod manners;
+mod regions;
 mod simulate;
 
 use assert_cmd::Command;

@@ -2,7 +2,10 @@
 
 use std::io::{self, Write};
 
-use local_grid::{Grid, nalgebra::Point2};
+use local_grid::{
+    Grid,
+    nalgebra::{Isometry2, Point2},
+};
 
 use crate::{Gateway, Polygon, Region, RegionMap};
 
@@ -11,14 +14,19 @@ mod picture;
 pub use picture::write_picture;
 
 /// Writes regions as polygons and gateways as lines, in metres of the map frame (not degrees: a plan has no place on Earth).
+/// `map_from_grid` is the identity unless the grid lies turned in the map.
 ///
 /// # Errors
 ///
 /// What `out` gives back.
-pub fn write_geojson(out: &mut impl Write, map: &RegionMap) -> io::Result<()> {
+pub fn write_geojson(out: &mut impl Write, map: &RegionMap, map_from_grid: &Isometry2<f64>) -> io::Result<()> {
     let outlines = map.outlines();
-    let regions = map.regions.iter().zip(&outlines).map(|(region, outline)| region_feature(region, &outline.parts));
-    let gateways = map.gateways.iter().enumerate().map(|(index, gateway)| gateway_feature(index, gateway));
+    let regions = map.regions.iter().zip(&outlines).map(|(region, outline)| {
+        let parts: Vec<Polygon> = outline.parts.iter().map(|part| part.moved(map_from_grid)).collect();
+        region_feature(&region.moved(map_from_grid), &parts)
+    });
+    let gateways = map.gateways.iter().enumerate();
+    let gateways = gateways.map(|(index, gateway)| gateway_feature(index, &gateway.moved(map_from_grid)));
     let features: Vec<String> = regions.chain(gateways).collect();
     writeln!(out, "{{\"type\":\"FeatureCollection\",\"features\":[\n{}\n]}}", features.join(",\n"))
 }

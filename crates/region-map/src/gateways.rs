@@ -2,7 +2,7 @@
 
 use local_grid::{
     Grid,
-    nalgebra::{Point2, Vector2},
+    nalgebra::{Isometry2, Point2, Vector2},
 };
 
 use crate::gates::Gate;
@@ -35,7 +35,7 @@ impl Gateway {
         };
         let ends = gate.ends.map(point);
         let (row, column) = gate.along();
-        // Side +1 lies at (−along.column, along.row), see `median_chord`.
+        // Side +1 lies at (−along.column, along.row), see `Gate::across`.
         let mut normal = Vector2::new(row, -column);
         let mut regions = sides;
         if regions[0] > regions[1] {
@@ -50,6 +50,17 @@ impl Gateway {
             width: gate.width * frame.resolution(),
             normal,
             confidence: membership(free, ends),
+        }
+    }
+
+    /// The gateway in another frame.
+    #[must_use]
+    pub fn moved(&self, other_from_this: &Isometry2<f64>) -> Self {
+        Self {
+            ends: self.ends.map(|end| other_from_this * end),
+            center: other_from_this * self.center,
+            normal: other_from_this * self.normal,
+            ..self.clone()
         }
     }
 

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use local_grid::{GridFrame, nalgebra::Point2};
+use local_grid::{
+    GridFrame,
+    nalgebra::{Isometry2, Point2},
+};
 
 use crate::RegionMap;
 
@@ -22,6 +25,15 @@ pub struct Polygon {
     pub outer: Vec<Point2<f64>>,
     /// Clockwise: what lies in the region and does not belong to it.
     pub holes: Vec<Vec<Point2<f64>>>,
+}
+
+impl Polygon {
+    /// The polygon in another frame.
+    #[must_use]
+    pub fn moved(&self, other_from_this: &Isometry2<f64>) -> Self {
+        let ring = |ring: &Vec<Point2<f64>>| ring.iter().map(|corner| other_from_this * corner).collect();
+        Self { outer: ring(&self.outer), holes: self.holes.iter().map(ring).collect() }
+    }
 }
 
 /// Corners may lie this many cells off the edges of cells, so that slanting walls become straight lines.

@@ -1,6 +1,8 @@
 //! Regions: how large, how long, which way they lie, and whether they are rooms or corridors.
 
-use local_grid::nalgebra::{Point2, Vector2};
+use std::f64::consts::PI;
+
+use local_grid::nalgebra::{Isometry2, Point2, Vector2};
 
 /// A room, a corridor, or something between.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +34,21 @@ pub struct Region {
     pub frontier: f64,
     /// Length of border on walls, in metres.
     pub wall: f64,
+}
+
+impl Region {
+    /// The region in another frame.
+    #[must_use]
+    pub fn moved(&self, other_from_this: &Isometry2<f64>) -> Self {
+        let turned = self.orientation + other_from_this.rotation.angle();
+        let half_turns = (turned / PI + 0.5).ceil() - 1.0; // an axis has no front: (-π/2, π/2]
+        Self {
+            centroid: other_from_this * self.centroid,
+            inside: other_from_this * self.inside,
+            orientation: turned - half_turns * PI,
+            ..self.clone()
+        }
+    }
 }
 
 /// Weighted sums over the cells of one region, in cells.

@@ -1,0 +1,90 @@
+use predicates::prelude::*;
+use predicates::str::contains;
+
+use crate::topogrid;
+
+/// A map of two rooms of 4 × 4 m with a door of 0.9 m between them, at 0.1 m per pixel, and its description.
+fn map() -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let (columns, rows) = (90, 44);
+    let mut image = format!("P5\n{columns} {rows}\n255\n").into_bytes();
+    for row in 0..rows {
+        for column in 0..columns {
+            let room = (2..42).contains(&row) && ((2..42).contains(&column) || (44..84).contains(&column));
+            let door = (18..27).contains(&row) && (42..44).contains(&column);
+            image.push(if room || door { 254 } else { 0 });
+        }
+    }
+    std::fs::write(folder.path().join("map.pgm"), image).unwrap();
+    let yaml = folder.path().join("map.yaml");
+    let text = "image: map.pgm\nresolution: 0.1\norigin: [-2.0, 1.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+    std::fs::write(&yaml, text).unwrap();
+    (folder, yaml)
+}
+
+#[test]
+fn rooms_are_found_named_written_and_remembered() {
+    let (folder, yaml) = map();
+    let out = folder.path().join("out");
+    let wrote = contains("kitchen").and(contains("1-2")).and(contains("labels.png"));
+    topogrid()
+        .arg("regions")
+        .arg(&yaml)
+        .arg("--out")
+        .arg(&out)
+        .args(["--name", "2=kitchen"])
+        .assert()
+        .code(0)
+        .stdout(wrote);
+    let text = std::fs::read_to_string(out.join("regions.geojson")).unwrap();
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let features = document["features"].as_array().unwrap();
+    assert_eq!(features.len(), 3);
+    assert_eq!(features[2]["properties"]["regions"], serde_json::json!([1, 2]));
+    let corner = &features[0]["geometry"]["coordinates"][0][0];
+    assert!(corner[0].as_f64().unwrap() >= -1.9 && corner[1].as_f64().unwrap() >= 1.1, "in the map frame: {corner}");
+    // Again, without the name: it stays. Without --force nothing is replaced.
+    topogrid().arg("regions").arg(&yaml).arg("--out").arg(&out).assert().code(2).stderr(contains("--force"));
+    topogrid()
+        .arg("regions")
+        .arg(folder.path())
+        .arg("--out")
+        .arg(&out)
+        .arg("--force")
+        .assert()
+        .code(0)
+        .stdout(contains("kitchen"));
+}
+
+#[test]
+fn the_document_holds_regions_and_gateways() {
+    let (_folder, yaml) = map();
+    let told = topogrid().arg("regions").arg(&yaml).arg("--json").assert().code(0);
+    let document: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+    assert_eq!(document["regions"].as_array().unwrap().len(), 2);
+    let width = document["gateways"][0]["width"].as_f64().unwrap();
+    assert!((width - 0.9).abs() < 0.15, "{width}");
+}
+
+#[test]
+fn wrong_arguments_say_what_is_expected() {
+    let (folder, yaml) = map();
+    topogrid().arg("regions").arg("plan.png").assert().code(2).stderr(contains("--resolution"));
+    topogrid()
+        .arg("regions")
+        .arg(&yaml)
+        .args(["--name", "9=hall"])
+        .assert()
+        .code(2)
+        .stderr(contains("the regions are 1 to 2"));
+    topogrid().arg("regions").arg(&yaml).args(["--name", "hall"]).assert().code(2).stderr(contains("LABEL=NAME"));
+    let broken = folder.path().join("broken.png");
+    std::fs::write(&broken, "no picture").unwrap();
+    topogrid()
+        .arg("regions")
+        .arg(&broken)
+        .args(["--resolution", "0.05"])
+        .assert()
+        .code(3)
+        .stderr(contains("broken.png"));
+}
