@@ -36,8 +36,8 @@ impl Polygon {
     }
 }
 
-/// Corners may lie this many cells off the edges of cells, so that slanting walls become straight lines.
-const TOLERANCE: f64 = 0.8;
+/// Outlines may lie this many cells off the edges of cells, the diagonal of one: the stairs of slanting walls become straight.
+const TOLERANCE: f64 = 1.42;
 
 /// A corner of cells: row, column.
 type Corner = (i32, i32);
@@ -45,7 +45,7 @@ type Corner = (i32, i32);
 impl RegionMap {
     /// The outlines of all regions, in the order of [`RegionMap::regions`].
     ///
-    /// Traced along the edges of cells and simplified (Douglas & Peucker 1973) to within 0.8 cells.
+    /// Traced along the edges of cells and simplified (Douglas & Peucker 1973) to within the diagonal of a cell.
     #[must_use]
     pub fn outlines(&self) -> Vec<Outline> {
         edges(self).into_iter().map(|edges| outline(edges, self.labels.frame())).collect()

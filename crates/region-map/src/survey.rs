@@ -31,9 +31,10 @@ struct Sums {
     frontier: usize,
     /// The cell farthest from walls.
     inside: usize,
-    /// Sum and number of widths along the middle line.
+    /// Sums of squared widths and of widths along the middle line: each place counts by the floor beside it, so that the
+    /// short lines into corners hardly do.
     width: f64,
-    ridge: usize,
+    ridge: f64,
 }
 
 /// A region that fills less of the rectangle with its moments than this is bent, and its length is measured along it.
@@ -98,11 +99,13 @@ impl Survey<'_> {
             let faces = [index + 1, b].into_iter().any(|other| {
                 let b = squared.position(nearest.cells[other] as usize);
                 let span = f64::from(a.0 - b.0).powi(2) + f64::from(a.1 - b.1).powi(2);
-                squared.cells[other] > 0 && span > 3.0 * f64::from(squared.cells[index])
+                squared.cells[other] > 0 && span > 3.6 * f64::from(squared.cells[index])
             });
             if faces {
-                sums[region].width += 2.0 * f64::from(squared.cells[index]).sqrt() - 1.0;
-                sums[region].ridge += 1;
+                // From wall to wall it is 2 D − 1 cells where the number of cells is odd, 2 D where it is even.
+                let width = 2.0 * f64::from(squared.cells[index]).sqrt() - 0.5;
+                sums[region].width += width * width;
+                sums[region].ridge += width;
             }
         }
     }
@@ -116,9 +119,9 @@ impl Survey<'_> {
             Point2::from(frame.origin().coords + (Vector2::new(x, y) + shift) * resolution)
         };
         let (center, mut length, mut width, orientation) = sums.moments.rectangle();
-        if is_bent(&sums.moments) && sums.ridge > 0 {
+        if is_bent(&sums.moments) && sums.ridge > 0.0 {
             // The moments of an L are not those of a strip: its width is measured across, its length follows from the area.
-            width = (sums.width / sums.ridge as f64).max(1.0);
+            width = (sums.width / sums.ridge).max(1.0);
             length = (sums.moments.weight / width).max(width);
         }
         let (length, width) = (length * resolution, (width * resolution).max(resolution));
