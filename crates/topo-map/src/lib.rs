@@ -4,8 +4,10 @@ mod link;
 mod localize;
 mod loops;
 mod map;
+mod open_space;
 mod path;
 mod place;
+mod range_rose;
 mod route;
 mod signature_index;
 
@@ -17,8 +19,13 @@ pub use loops::{
     Closure, LoopCandidate, LoopOptions, LoopPool, Reason, Verdict, largest_consistent_set, pairwise_mismatch,
 };
 pub use map::{MapError, Neighbor, TopoMap};
+pub use open_space::{
+    FeatureOptions, Features, N_FEATURES, NetworkError, OpenSpace, Opening, PeakOptions, RocScore, Sample,
+    TrainOptions, TrainReport, gradient, mean_loss, roc_score, train,
+};
 pub use path::{PathError, PathTree};
 pub use place::{Place, PlaceId, PlaceState};
+pub use range_rose::RangeRose;
 pub use route::Route;
 pub use signature_index::{Found, IndexError, SignatureIndex};
 
