@@ -1,5 +1,6 @@
 //! Places and the links between them, recognition of places, and exploration: the topological level of the hierarchy of maps.
 
+mod explore;
 mod link;
 mod localize;
 mod loops;
@@ -11,6 +12,10 @@ mod range_rose;
 mod route;
 mod signature_index;
 
+pub use explore::{
+    Change, Command, ExploreError, Explorer, ExplorerOptions, Firing, Identity, Observation, ObstacleOptions,
+    SurveyMotion,
+};
 pub use link::{Displacement, DisplacementError, Link, LinkId, LinkOrigin, LinkState, Turn};
 pub use localize::{
     Belief, Hypothesis, LocalizeError, Localizer, LocalizerOptions, PlaceLikelihood, Recognition, Unsure,

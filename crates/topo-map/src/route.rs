@@ -56,17 +56,38 @@ impl<S> TopoMap<S> {
         cost: impl Fn(&Link) -> f64,
         is_goal: impl Fn(PlaceId) -> bool,
     ) -> Option<Route> {
-        self.place(from)?;
+        let (best, came_over, goal) = self.dijkstra(from, cost, is_goal);
+        goal.map(|goal| self.retrace(from, goal, best[goal.index()], &came_over))
+    }
+
+    /// The cost of the cheapest way from a place to each place over passable links, by number; infinite where none leads.
+    ///
+    /// `cost` as in [`TopoMap::nearest`].
+    #[must_use]
+    pub fn distances_from(&self, from: PlaceId, cost: impl Fn(&Link) -> f64) -> Vec<f64> {
+        self.dijkstra(from, cost, |_| false).0
+    }
+
+    /// Costs from `from`, the links over which they arise, and the first goal met, at which the search ends.
+    fn dijkstra(
+        &self,
+        from: PlaceId,
+        cost: impl Fn(&Link) -> f64,
+        is_goal: impl Fn(PlaceId) -> bool,
+    ) -> (Vec<f64>, Vec<Option<LinkId>>, Option<PlaceId>) {
         let mut best = vec![f64::INFINITY; self.places().len()];
         let mut came_over: Vec<Option<LinkId>> = vec![None; self.places().len()];
-        let mut border = BinaryHeap::from([Reached { cost: 0.0, place: from }]);
-        best[from.index()] = 0.0;
+        let mut border = BinaryHeap::new();
+        if self.place(from).is_some() {
+            best[from.index()] = 0.0;
+            border.push(Reached { cost: 0.0, place: from });
+        }
         while let Some(Reached { cost: so_far, place }) = border.pop() {
             if so_far > best[place.index()] {
                 continue; // an older, longer way to a place that is settled
             }
             if is_goal(place) {
-                return Some(self.retrace(from, place, so_far, &came_over));
+                return (best, came_over, Some(place));
             }
             for link in self.links_of(place).filter(|link| link.is_passable()) {
                 let (next, step) = (link.other_end(place), cost(link));
@@ -78,7 +99,7 @@ impl<S> TopoMap<S> {
                 }
             }
         }
-        None
+        (best, came_over, None)
     }
 
     fn retrace(&self, from: PlaceId, to: PlaceId, cost: f64, came_over: &[Option<LinkId>]) -> Route {

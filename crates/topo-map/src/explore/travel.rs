@@ -1,0 +1,328 @@
+use std::collections::VecDeque;
+
+use local_grid::Heading;
+use nalgebra::{Matrix2, Point2};
+
+use super::{Change, Command, ExploreError, Explorer, Firing, Here, HopEnd, Identity, Phase};
+use crate::{LinkId, LinkState, PlaceId, TopoMap};
+
+/// A journey over known links, and at its end over a predicted one.
+#[derive(Debug)]
+pub(super) struct Travel {
+    /// What is still to go, the present hop first.
+    pub(super) hops: VecDeque<Hop>,
+    /// Where the present hop leads, in the track frame; set when it begins.
+    target: Option<Point2<f64>>,
+    /// Metres driven on the present hop.
+    pub(super) driven: f64,
+    bumps: u32,
+    /// Whether the last look found no way.
+    doubtful: bool,
+    /// What was decided and not yet said.
+    queue: VecDeque<Command>,
+    /// The direction of the last piece driven, for when it ends at an obstacle.
+    toward: Heading,
+}
+
+/// One link to go.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hop {
+    pub(super) link: LinkId,
+    pub(super) to: PlaceId,
+}
+
+/// A robot that was stopped so often on one hop gives it up.
+const MOST_BUMPS: u32 = 3;
+
+impl Travel {
+    pub(super) fn new(hops: impl IntoIterator<Item = Hop>) -> Self {
+        Self {
+            hops: hops.into_iter().collect(),
+            target: None,
+            driven: 0.0,
+            bumps: 0,
+            doubtful: false,
+            queue: VecDeque::new(),
+            toward: Heading::default(),
+        }
+    }
+
+    /// Where the present hop leads.
+    pub(super) fn next_place(&self) -> PlaceId {
+        self.hops[0].to
+    }
+
+    /// Whether the present hop is the last one, over the link that is to be verified.
+    pub(super) fn is_last(&self) -> bool {
+        self.hops.len() == 1
+    }
+
+    fn begin_next_hop(&mut self) {
+        self.hops.pop_front();
+        (self.target, self.driven, self.bumps, self.doubtful) = (None, 0.0, 0, false);
+        self.queue.clear();
+    }
+}
+
+impl Explorer {
+    /// Something stopped the robot: it stands before it, in the direction in which it drove.
+    pub(super) fn bumped(&mut self) {
+        if let Phase::Traveling(travel) = &mut self.phase {
+            travel.bumps += 1;
+            travel.queue.clear();
+            let touch =
+                self.robot.translation.vector + travel.toward.unit_vector() * (self.options.obstacles.radius + 0.08);
+            self.obstacles.mark(Point2::from(touch));
+        }
+    }
+
+    /// The next command of a journey, or `None` when the phase has changed.
+    pub(super) fn travel<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        mut travel: Travel,
+    ) -> Result<Option<Command>, ExploreError> {
+        if let Some(command) = travel.queue.pop_front() {
+            self.phase = Phase::Traveling(travel);
+            return Ok(Some(command));
+        }
+        let Some(here) = self.here else {
+            self.phase = Phase::Done;
+            return Ok(None);
+        };
+        let Some(link) = travel.hops.front().and_then(|hop| map.link(hop.link)).copied() else {
+            self.phase = Phase::Choosing;
+            return Ok(None);
+        };
+        let target = *travel.target.get_or_insert_with(|| here.center + link.displacement_from(here.place).vector);
+        match self.drive(&mut travel, target, link.distance()) {
+            Ok(command) => {
+                self.phase = Phase::Traveling(travel);
+                Ok(Some(command))
+            }
+            Err(HopEnd::Arrived) => {
+                self.arrived(travel);
+                Ok(None)
+            }
+            Err(HopEnd::Blocked(_)) => {
+                self.block(map, link.id)?;
+                self.phase = Phase::Choosing;
+                Ok(None)
+            }
+        }
+    }
+
+    /// The next piece towards `target`, or how the hop ended.
+    fn drive(&mut self, travel: &mut Travel, target: Point2<f64>, length: f64) -> Result<Command, HopEnd> {
+        let (at, options) = (self.at(), &self.options);
+        let left = (target - at).norm();
+        if left <= options.arrival {
+            return Err(HopEnd::Arrived);
+        }
+        let blocked = HopEnd::Blocked(travel.hops[0].link);
+        let too_far = travel.driven > options.detour * length + 1.0 + 0.5 * f64::from(travel.bumps);
+        if travel.bumps > MOST_BUMPS || too_far {
+            return Err(if left <= options.near_enough { HopEnd::Arrived } else { blocked });
+        }
+        let way = self.obstacles.way(at, target, 0.0).or_else(|| {
+            // The very spot may be taken; one beside it will do.
+            self.obstacles.way(at, target, options.near_enough - options.arrival)
+        });
+        let straight = way.filter(|way| way_length(way) <= options.detour * left + 1.0).and_then(|way| {
+            let spot = *way.last()?;
+            // The last piece leads to the target itself, not to the middle of its cell.
+            let exact = (spot - target).norm() <= 0.1 && (at - target).norm() <= options.stride;
+            let aim = self.obstacles.straight(at, &way, options.stride)?;
+            (aim != at).then_some(if exact && aim == spot { target } else { aim })
+        });
+        let Some(aim) = straight else {
+            if left <= options.near_enough {
+                return Err(HopEnd::Arrived);
+            }
+            // One more look before giving up: it may have been a false echo.
+            if std::mem::replace(&mut travel.doubtful, true) {
+                return Err(blocked);
+            }
+            return Ok(Command::Fire { purpose: Firing::Watch });
+        };
+        let distance = (aim - at).norm();
+        if distance < 0.03 {
+            return Err(if left <= options.near_enough { HopEnd::Arrived } else { blocked });
+        }
+        travel.doubtful = false;
+        travel.toward = Heading::of(aim - at);
+        travel.queue = VecDeque::from([Command::Drive { distance }, Command::Fire { purpose: Firing::Watch }]);
+        Ok(Command::Turn { to: travel.toward })
+    }
+
+    /// The robot stands where the hop should lead: at the end of its journey it looks all around.
+    fn arrived(&mut self, travel: Travel) {
+        if travel.is_last() {
+            self.pending = Some(travel);
+            self.phase = Phase::Surveying { fired: 0, turned: false };
+        } else {
+            self.phase = Phase::Identifying(Some(travel));
+        }
+    }
+
+    /// A link cannot be gone; what it alone led to is refuted.
+    pub(super) fn block<S>(&mut self, map: &mut TopoMap<S>, link: LinkId) -> Result<(), ExploreError> {
+        map.set_link_state(link, LinkState::Blocked)?;
+        self.changes.push(Change::LinkBlocked(link));
+        let Some(ends) = map.link(link).map(|link| [link.from, link.to]) else { return Ok(()) };
+        for place in ends {
+            let predicted = map.place(place).is_some_and(crate::Place::is_predicted);
+            if predicted && map.links_of(place).all(|link| link.state != LinkState::Open) {
+                map.refute(place)?;
+                self.changes.push(Change::PlaceRefuted(place));
+            }
+        }
+        Ok(())
+    }
+
+    /// The host said where the robot is, at the end of `travel` or (without one) at the very start.
+    pub(super) fn identified<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        identity: Identity<S>,
+        position: &dyn Fn(PlaceId) -> Option<Point2<f64>>,
+    ) -> Result<(), ExploreError> {
+        let phase = std::mem::replace(&mut self.phase, Phase::Choosing);
+        let Phase::Identifying(travel) = phase else {
+            self.phase = phase; // nobody asked
+            return Ok(());
+        };
+        match (self.here, travel) {
+            (Some(here), Some(travel)) if !travel.is_last() => self.passed(map, here, travel, &identity),
+            (Some(here), Some(travel)) => {
+                self.reached(map, here, &travel, identity)?;
+                self.predict(map, position)
+            }
+            (_, _) => {
+                self.begin(map, identity)?;
+                self.predict(map, position)
+            }
+        }
+    }
+
+    /// The first place of the exploration.
+    fn begin<S>(&mut self, map: &mut TopoMap<S>, identity: Identity<S>) -> Result<(), ExploreError> {
+        match identity {
+            Identity::New { signature } => {
+                let place = map.add_place(signature)?;
+                self.changes.push(Change::PlaceVisited(place));
+                self.stand_at(place, self.at(), Matrix2::identity() * 1e-4);
+            }
+            Identity::Known { place, offset, covariance } => {
+                self.recognized(map, place)?;
+                self.stand_at(place, self.at() - offset, covariance);
+            }
+            Identity::Unsure => self.phase = Phase::Surveying { fired: 0, turned: false },
+        }
+        Ok(())
+    }
+
+    /// A place on the way: measured if it was recognised, believed otherwise.
+    fn passed<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        here: Here,
+        mut travel: Travel,
+        identity: &Identity<S>,
+    ) -> Result<(), ExploreError> {
+        let Hop { link, to } = travel.hops[0];
+        match identity {
+            Identity::Known { place, offset, covariance } if *place == to => {
+                let center = self.at() - offset;
+                let measured = self.displacement_to(&here, center, *covariance);
+                let link = map.travel(here.place, to, measured)?;
+                map.revisit(to)?;
+                self.changes.push(Change::LinkTraveled(link));
+                self.stand_at(to, center, *covariance);
+            }
+            _ => {
+                let Some(known) = map.link(link) else { return Ok(()) };
+                let believed = known.displacement_from(here.place);
+                map.revisit(to)?;
+                let driven = Matrix2::identity() * (here.driven * self.options.variance_per_metre);
+                self.stand_at(to, here.center + believed.vector, here.covariance + driven);
+            }
+        }
+        travel.begin_next_hop();
+        self.phase = Phase::Traveling(travel);
+        Ok(())
+    }
+
+    /// The end of a journey over a predicted link.
+    fn reached<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        here: Here,
+        travel: &Travel,
+        identity: Identity<S>,
+    ) -> Result<(), ExploreError> {
+        let Hop { link, to } = travel.hops[0];
+        let predicted = map.place(to).is_some_and(crate::Place::is_predicted);
+        match identity {
+            Identity::New { signature } => {
+                let place = if predicted {
+                    map.verify(to, signature)?;
+                    to
+                } else {
+                    // It was to be a known place and is none: the link leads somewhere else.
+                    self.block(map, link)?;
+                    map.add_place(signature)?
+                };
+                self.changes.push(Change::PlaceVisited(place));
+                self.went(map, here, place, self.at(), Matrix2::identity() * 1e-4)
+            }
+            Identity::Known { place, offset, covariance } => {
+                self.recognized(map, place)?;
+                let center = self.at() - offset;
+                if predicted {
+                    let target = travel.target.unwrap_or(self.at());
+                    map.merge(to, place, target - center)?;
+                    self.changes.push(Change::PlaceMerged { predicted: to, known: place });
+                } else if place != to {
+                    self.block(map, link)?;
+                }
+                self.went(map, here, place, center, covariance)
+            }
+            Identity::Unsure => self.block(map, link),
+        }
+    }
+
+    fn recognized<S>(&mut self, map: &mut TopoMap<S>, place: PlaceId) -> Result<(), ExploreError> {
+        if !map.place(place).is_some_and(crate::Place::is_visited) {
+            return Err(ExploreError::Unknown(place));
+        }
+        map.revisit(place)?;
+        self.changes.push(Change::PlaceRecognized(place));
+        Ok(())
+    }
+
+    /// Adds what was measured on the way to `place`, unless the robot is where it was.
+    fn went<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        here: Here,
+        place: PlaceId,
+        center: Point2<f64>,
+        covariance: Matrix2<f64>,
+    ) -> Result<(), ExploreError> {
+        if place != here.place {
+            let link = map.travel(here.place, place, self.displacement_to(&here, center, covariance))?;
+            self.changes.push(Change::LinkTraveled(link));
+        }
+        self.stand_at(place, center, covariance);
+        Ok(())
+    }
+
+    fn stand_at(&mut self, place: PlaceId, center: Point2<f64>, covariance: Matrix2<f64>) {
+        self.here = Some(Here { place, center, covariance, driven: 0.0 });
+    }
+}
+
+fn way_length(way: &[Point2<f64>]) -> f64 {
+    way.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}
