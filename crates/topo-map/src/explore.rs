@@ -3,6 +3,8 @@ mod message;
 mod obstacles;
 mod travel;
 
+use std::collections::BTreeMap;
+
 use local_grid::{Fuzzy, Heading, LaserRay, Scan, SensorKind, SonarCone, WorkingGrid, WorkingGridOptions};
 use nalgebra::{Isometry2, Matrix2, Point2};
 
@@ -41,8 +43,13 @@ pub struct ExplorerOptions {
     pub stride: f64,
     /// A way that is so many times longer than the straight line, and a metre more, is no link.
     pub detour: f64,
+    /// No link is predicted between two places that up to three links join already over a way at most this many times as
+    /// long.
+    pub redundancy: f64,
     /// Predicted links between visited places count as this much farther away than predicted places, in metres.
     pub link_penalty: f64,
+    /// How many times a way that was blocked is tried again before what lies behind it is given up.
+    pub retries: u32,
     /// The exploration ends when the map has so many visited places, whatever is still predicted.
     pub max_places: usize,
     /// How openings are measured.
@@ -69,7 +76,7 @@ impl Default for ExplorerOptions {
     fn default() -> Self {
         Self {
             spacing: 1.0,
-            suppression: 0.7,
+            suppression: 0.75,
             link_separation: 30_f64.to_radians(),
             predicted_sigma: 0.25,
             arrival: 0.12,
@@ -80,7 +87,9 @@ impl Default for ExplorerOptions {
             survey: SurveyMotion::Turret,
             stride: 0.5,
             detour: 1.8,
+            redundancy: 1.8,
             link_penalty: 2.0,
+            retries: 2,
             max_places: 10_000,
             features: FeatureOptions::default(),
             peaks: PeakOptions::default(),
@@ -104,7 +113,8 @@ impl Default for ExplorerOptions {
 /// # It ends
 ///
 /// Every travel resolves the predicted link it set out for (it becomes traveled, blocked or rejected, and nothing makes a
-/// link predicted again), or blocks a traveled link on the way there. A place is given predicted links only in directions
+/// link predicted again), or blocks a traveled link on the way there, which is opened again at most
+/// [`ExplorerOptions::retries`] times. A place is given predicted links only in directions
 /// that are [`ExplorerOptions::link_separation`] from all its links, so at most `2π / separation` in its life, and
 /// there are at most [`ExplorerOptions::max_places`] places. A single hop ends, because its length driven is bounded.
 #[derive(Debug)]
@@ -119,6 +129,8 @@ pub struct Explorer {
     phase: Phase,
     rose: RangeRose,
     surveys: u32,
+    /// How many times each blocked link was opened again.
+    reopened: BTreeMap<LinkId, u32>,
     /// The journey at whose end the survey is made.
     pending: Option<Travel>,
     changes: Vec<Change>,
@@ -208,6 +220,7 @@ impl Explorer {
             phase: Phase::Surveying { fired: 0, turned: false },
             rose: RangeRose::new(Point2::origin()),
             surveys: 0,
+            reopened: BTreeMap::new(),
             pending: None,
             changes: Vec::new(),
         })
@@ -272,7 +285,7 @@ impl Explorer {
                     self.phase = Phase::Identifying(travel);
                     return Ok(Command::Identify { expected, thorough });
                 }
-                Phase::Choosing => self.choose(map, preference),
+                Phase::Choosing => self.choose(map, preference)?,
                 Phase::Traveling(travel) => {
                     if let Some(command) = self.travel(map, travel)? {
                         return Ok(command);

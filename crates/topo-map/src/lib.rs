@@ -5,6 +5,7 @@ mod link;
 mod localize;
 mod loops;
 mod map;
+mod nearby;
 mod open_space;
 mod path;
 mod place;
@@ -24,8 +25,9 @@ pub use loops::{
     Closure, LoopCandidate, LoopOptions, LoopPool, Reason, Verdict, largest_consistent_set, pairwise_mismatch,
 };
 pub use map::{MapError, Neighbor, TopoMap};
+pub use nearby::{NearbyOptions, Supposed, identify_nearby};
 pub use open_space::{
-    FeatureOptions, Features, N_FEATURES, NetworkError, OpenSpace, Opening, PeakOptions, RocScore, Sample,
+    Central, FeatureOptions, Features, N_FEATURES, NetworkError, OpenSpace, Opening, PeakOptions, RocScore, Sample,
     TrainOptions, TrainReport, gradient, mean_loss, roc_score, train,
 };
 pub use path::{PathError, PathTree};

@@ -75,9 +75,16 @@ fn samples(n_worlds: usize, rng: &mut impl Rng) -> Result<Vec<Sample>, Box<dyn s
         let (low, high) = world.bounds();
         let mut found = 0;
         for _ in 0..PLACES_PER_WORLD * 20 {
-            let from = Point2::new(rng.random_range(low.x..high.x), rng.random_range(low.y..high.y));
+            // Every other place lies near a door: doors are few, and all that matters.
+            let doors = &world.tours()[0].points;
+            let place = if doors.is_empty() || rng.random_bool(0.5) {
+                Point2::new(rng.random_range(low.x..high.x), rng.random_range(low.y..high.y))
+            } else {
+                let off = Heading::from_radians(rng.random_range(-3.1..3.1)).unit_vector();
+                doors[rng.random_range(0..doors.len())] + off * rng.random_range(0.2..1.6)
+            };
             let approach = Heading::from_radians(rng.random_range(-3.1..3.1));
-            let place = from + approach.unit_vector();
+            let from = place - approach.unit_vector();
             if found < PLACES_PER_WORLD && world.at(0.0).is_swept_free(from, place, SWEPT_RADIUS) {
                 found += 1;
                 samples.extend(look_around(&world, from, approach, rng)?);

@@ -2,9 +2,11 @@
 
 use rand::{Rng, RngExt};
 use simulator::nalgebra::{Isometry2, Point2, Vector2};
-use simulator::{Material, Segment, World, WorldError, WorldParts};
+use simulator::{Material, Segment, Tour, World, WorldError, WorldParts};
 
 /// Rows of rooms on both sides of a corridor, with doors, clutter, columns and glass, at any angle to the compass.
+///
+/// The one tour of the world names the middles of its open doors.
 pub(crate) fn random_floor(rng: &mut impl Rng) -> Result<World, WorldError> {
     let corridor = rng.random_range(1.2..3.2);
     let depth = rng.random_range(3.0..6.0);
@@ -30,12 +32,13 @@ pub(crate) fn random_floor(rng: &mut impl Rng) -> Result<World, WorldError> {
     draft.line((0.0, 0.0), (0.0, corridor), end);
     draft.line((x, 0.0), (x, corridor), Material::Smooth);
     let turned = Isometry2::rotation(rng.random_range(0.0..std::f64::consts::TAU));
-    let walls = draft.walls.into_iter().map(|wall| Segment { from: turned * wall.from, to: turned * wall.to, ..wall });
+    let walls = draft.walls.iter().map(|wall| Segment { from: turned * wall.from, to: turned * wall.to, ..*wall });
     World::new(WorldParts {
         name: "random floor".into(),
         map_from_plan: turned,
         map_from_start: turned * Isometry2::translation(1.0, 0.5 * corridor),
         walls: walls.collect(),
+        tours: vec![Tour { name: "doors".into(), points: draft.doors.iter().map(|door| turned * door).collect() }],
         ..WorldParts::default()
     })
 }
@@ -43,6 +46,7 @@ pub(crate) fn random_floor(rng: &mut impl Rng) -> Result<World, WorldError> {
 #[derive(Default)]
 struct Draft {
     walls: Vec<Segment>,
+    doors: Vec<Point2<f64>>,
 }
 
 impl Draft {
@@ -58,6 +62,7 @@ impl Draft {
         if rng.random_bool(0.25) {
             return self.line(from, to, Material::Smooth);
         }
+        self.doors.push(Point2::new(at + 0.5 * width, from.1));
         self.line(from, (at, from.1), Material::Smooth);
         self.line((at + width, to.1), to, Material::Smooth);
     }

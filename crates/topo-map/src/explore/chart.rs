@@ -2,20 +2,23 @@ use local_grid::Heading;
 use nalgebra::{Point2, Vector2};
 
 use super::travel::{Hop, Travel};
-use super::{Change, ExploreError, Explorer, Phase};
-use crate::{Displacement, Link, LinkOrigin, LinkState, PlaceId, PlaceState, TopoMap};
+use super::{Change, ExploreError, Explorer, Here, Phase};
+use crate::{Central, Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, PlaceState, TopoMap};
 
 impl Explorer {
     /// Adds the openings around the robot to the map: predicted places, or predicted links to places that are known.
+    ///
+    /// `at` are the coordinates of the place where it stands.
     pub(super) fn predict<S>(
         &mut self,
         map: &mut TopoMap<S>,
+        here: &Here,
+        at: Point2<f64>,
         position: &dyn Fn(PlaceId) -> Option<Point2<f64>>,
     ) -> Result<(), ExploreError> {
-        let Some(here) = self.here else { return Ok(()) };
         let (features, peaks) = (&self.options.features, &self.options.peaks);
         let openings = self.network.openings(&self.rose, self.window.grid(), features, peaks);
-        let known = charted(map, position);
+        let mut known = charted(map, position);
         for opening in openings {
             let spot = self.rose.center() + opening.toward.unit_vector() * self.options.spacing;
             let toward: Vector2<f64> = spot - here.center;
@@ -23,17 +26,21 @@ impl Explorer {
                 continue;
             }
             let variance = self.options.predicted_sigma.powi(2);
-            match position(here.place).and_then(|at| self.nearest(&known, here.place, at, toward)) {
-                Some((place, toward)) => {
-                    if map.links_between(here.place, place).next().is_none() {
+            let nearest = nearest(&known, here.place, at, toward);
+            let distance = nearest.map_or(f64::INFINITY, |(_, _, distance)| distance);
+            match (opening.central, nearest) {
+                (Central::Middle, Some((place, toward, distance))) if distance < self.options.suppression => {
+                    if !self.is_redundant(map, here.place, place, toward.norm()) {
                         let displacement = Displacement::isotropic(toward, variance);
                         let link = map.add_link(here.place, place, displacement, LinkOrigin::Predicted)?;
                         self.changes.push(Change::LinkPredicted(link));
                     }
                 }
-                None => {
+                (Central::Beside, _) if distance < 0.95 * self.options.spacing => {} // near enough to be seen from there
+                (Central::Middle | Central::Beside, _) => {
                     let displacement = Displacement::isotropic(toward, variance);
                     let (place, _) = map.predict_place(here.place, displacement, opening.confidence)?;
+                    known.push((place, at + toward));
                     self.changes.push(Change::PlacePredicted(place));
                 }
             }
@@ -49,43 +56,84 @@ impl Explorer {
         })
     }
 
-    /// The charted place nearest to where an opening leads, if one is near enough, and where it lies seen from here.
-    fn nearest(
-        &self,
-        known: &[(PlaceId, Point2<f64>)],
-        from: PlaceId,
-        at: Point2<f64>,
-        toward: Vector2<f64>,
-    ) -> Option<(PlaceId, Vector2<f64>)> {
-        let off = |(_, position): &(PlaceId, Point2<f64>)| (position - (at + toward)).norm();
-        let others = known.iter().filter(|(place, _)| *place != from);
-        let nearest = others.min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        (off(nearest) < self.options.suppression).then(|| (nearest.0, nearest.1 - at))
+    /// Whether a link of `length` metres would add nothing: a way that is hardly longer joins the two already, or is
+    /// about to be tried.
+    fn is_redundant<S>(&self, map: &TopoMap<S>, from: PlaceId, to: PlaceId, length: f64) -> bool {
+        if map.links_between(from, to).next().is_some() {
+            return true;
+        }
+        let step = |at: PlaceId| {
+            let open = map.links_of(at).filter(|link| link.state == LinkState::Open);
+            open.map(move |link| (link.other_end(at), link.distance()))
+        };
+        let longest = length * self.options.redundancy;
+        step(from).any(|(middle, first)| {
+            step(middle).any(|(end, second)| {
+                end == to && first + second <= longest
+                    || step(end).any(|(end, third)| end == to && first + second + third <= longest)
+            })
+        })
     }
 
-    /// Sets out for the nearest predicted link, or finds that none is left that can be reached.
-    pub(super) fn choose<S>(&mut self, map: &TopoMap<S>, preference: &dyn Fn(&Link) -> f64) {
+    /// Sets out for the nearest predicted link, or finds that none is left.
+    pub(super) fn choose<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        preference: &dyn Fn(&Link) -> f64,
+    ) -> Result<(), ExploreError> {
         self.phase = Phase::Done;
-        let Some(here) = self.here else { return };
+        let Some(here) = self.here else { return Ok(()) };
         if map.n_visited() >= self.options.max_places {
-            return;
+            return Ok(());
         }
-        let distances = map.distances_from(here.place, Link::distance);
-        let predicted =
-            map.links().iter().filter(|link| link.origin == LinkOrigin::Predicted && link.state == LinkState::Open);
-        let candidates = predicted.flat_map(|link| [(link, link.from), (link, link.to)]);
+        loop {
+            if let Some(travel) = self.cheapest(map, here.place, preference) {
+                self.phase = Phase::Traveling(travel);
+                return Ok(());
+            }
+            let left: Vec<LinkId> = open_predictions(map).map(|link| link.id).collect();
+            if left.is_empty() {
+                return Ok(());
+            }
+            if !self.reopen(map)? {
+                // What cannot be reached at all is no prediction any more.
+                for link in left {
+                    self.block(map, link)?;
+                }
+            }
+        }
+    }
+
+    /// Opens the traveled links that were blocked, each only so many times: people go away, and echoes may be false.
+    fn reopen<S>(&mut self, map: &mut TopoMap<S>) -> Result<bool, ExploreError> {
+        let blocked = map.links().iter().filter(|link| {
+            let tried = self.reopened.get(&link.id).copied().unwrap_or(0);
+            let blocked = link.state == LinkState::Blocked && link.origin == LinkOrigin::Traveled;
+            blocked && tried < self.options.retries
+        });
+        let blocked: Vec<LinkId> = blocked.map(|link| link.id).collect();
+        for &link in &blocked {
+            *self.reopened.entry(link).or_insert(0) += 1;
+            map.set_link_state(link, LinkState::Open)?;
+        }
+        Ok(!blocked.is_empty())
+    }
+
+    /// The journey to the predicted link that costs least, if one can be reached.
+    fn cheapest<S>(&self, map: &TopoMap<S>, from: PlaceId, preference: &dyn Fn(&Link) -> f64) -> Option<Travel> {
+        let distances = map.distances_from(from, Link::distance);
+        let candidates = open_predictions(map).flat_map(|link| [(link, link.from), (link, link.to)]);
         let priced = candidates.filter_map(|(link, start)| {
             let way = *distances.get(start.index())?;
             let price = way + link.distance() + self.penalty(map, link) + preference(link);
             price.is_finite().then_some((price, link, start))
         });
         // Equal prices go to the older link.
-        let best = priced.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.id.cmp(&b.1.id)).then(a.2.cmp(&b.2)));
-        let Some((_, link, start)) = best else { return };
-        let Some(route) = map.route(here.place, start) else { return };
+        let (_, link, start) =
+            priced.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.id.cmp(&b.1.id)).then(a.2.cmp(&b.2)))?;
+        let route = map.route(from, start)?;
         let known = route.links.iter().zip(&route.places[1..]).map(|(&link, &to)| Hop { link, to });
-        let last = Hop { link: link.id, to: link.other_end(start) };
-        self.phase = Phase::Traveling(Travel::new(known.chain([last])));
+        Some(Travel::new(known.chain([Hop { link: link.id, to: link.other_end(start) }])))
     }
 
     /// What makes a link less urgent, in metres: between known places it only adds a way; and the network may doubt.
@@ -96,6 +144,24 @@ impl Explorer {
         };
         doubt(link.to).or(doubt(link.from)).unwrap_or(self.options.link_penalty)
     }
+}
+
+/// The links that are still to be found out about.
+fn open_predictions<S>(map: &TopoMap<S>) -> impl Iterator<Item = &Link> {
+    map.links().iter().filter(|link| link.origin == LinkOrigin::Predicted && link.state == LinkState::Open)
+}
+
+/// The charted place nearest to where an opening leads: which, where it lies seen from here, and how far from the spot.
+fn nearest(
+    known: &[(PlaceId, Point2<f64>)],
+    from: PlaceId,
+    at: Point2<f64>,
+    toward: Vector2<f64>,
+) -> Option<(PlaceId, Vector2<f64>, f64)> {
+    let off = |(_, position): &(PlaceId, Point2<f64>)| (position - (at + toward)).norm();
+    let others = known.iter().filter(|(place, _)| *place != from);
+    let nearest = others.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    Some((nearest.0, nearest.1 - at, off(nearest)))
 }
 
 /// Where visited and predicted places lie; the latter as seen from where they were predicted.

@@ -26,7 +26,7 @@ pub struct ObstacleOptions {
 impl Default for ObstacleOptions {
     /// A Nomad 200.
     fn default() -> Self {
-        Self { radius: 0.225, margin: 0.045, comfort: 0.5, occupied: 0.65 }
+        Self { radius: 0.225, margin: 0.035, comfort: 0.5, occupied: 0.75 }
     }
 }
 
@@ -122,11 +122,25 @@ impl Obstacles {
         }
     }
 
-    /// A way for the robot's centre from `from` to within `tolerance` metres of `to`, as points at most a cell apart;
-    /// `None` if obstacles leave none inside the window.
+    /// A way for the robot's centre from `from` to within `tolerance` metres of `to`, or as near to it as obstacles allow,
+    /// as points at most a cell apart; `None` if the robot cannot move at all.
     pub(super) fn way(&self, from: Point2<f64>, to: Point2<f64>, tolerance: f64) -> Option<Vec<Point2<f64>>> {
         let field = Field::new(self, from);
         field.way(to, tolerance)
+    }
+
+    /// The spot within `reach` metres of `around` that is farthest from all obstacles: the middle of a corridor, or of a
+    /// door. Room beyond the comfortable distance counts for nothing, and of equal spots the nearest is taken.
+    pub(super) fn roomiest(&self, from: Point2<f64>, around: Point2<f64>, reach: f64) -> Point2<f64> {
+        let field = Field::new(self, from);
+        let near = (0..field.cost.len()).map(|index| (field.center(index), field.cost[index]));
+        let priced = near.filter(|(center, _)| (center - around).norm() <= reach).map(|(center, cost)| {
+            let room = if cost.is_finite() { cost } else { OVERLAP };
+            (room + (center - around).norm(), center)
+        });
+        let best = priced.min_by(|a, b| a.0.total_cmp(&b.0));
+        let here = field.cost_at(around).unwrap_or(0.0);
+        best.filter(|(price, _)| *price < here).map_or(around, |(_, center)| center)
     }
 
     /// The farthest point of `way`, at most `stride` metres off, to which the robot can go straight.
@@ -178,10 +192,15 @@ impl Field {
         }
     }
 
+    fn cost_at(&self, point: Point2<f64>) -> Option<f64> {
+        self.frame.cell_at(point).map(|(row, column)| self.cost[row * self.frame.columns() + column])
+    }
+
     fn center(&self, index: usize) -> Point2<f64> {
         self.frame.center(index / self.frame.columns(), index % self.frame.columns())
     }
 
+    /// The cheapest way to within `tolerance` of `to`, or else to the reachable spot nearest to it.
     fn way(&self, to: Point2<f64>, tolerance: f64) -> Option<Vec<Point2<f64>>> {
         let (row, column) = self.frame.cell_at(self.from)?;
         let start = row * self.frame.columns() + column;
@@ -189,14 +208,19 @@ impl Field {
         let mut came = vec![usize::MAX; self.cost.len()];
         let mut border: BinaryHeap<Reached> = BinaryHeap::from([Reverse((0, start))]);
         best[start] = 0;
+        let mut nearest = (f64::INFINITY, start);
         // Half a cell's diagonal more, because cells have centres.
         let reach = tolerance.max(0.75 * self.frame.resolution());
         while let Some(Reverse((so_far, index))) = border.pop() {
             if so_far > best[index] {
                 continue;
             }
-            if (self.center(index) - to).norm() <= reach && self.cost[index] < OVERLAP {
-                return Some(self.retrace(start, index, &came));
+            let left = (self.center(index) - to).norm();
+            if self.cost[index] < OVERLAP && left < nearest.0 {
+                nearest = (left, index);
+                if left <= reach {
+                    break;
+                }
             }
             for (next, length) in self.neighbors(index) {
                 let price = length * (1.0 + self.cost[next]);
@@ -212,7 +236,7 @@ impl Field {
                 }
             }
         }
-        None
+        nearest.0.is_finite().then(|| self.retrace(start, nearest.1, &came))
     }
 
     fn neighbors(&self, index: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
@@ -243,8 +267,7 @@ impl Field {
         let mut along = 0.0;
         while along <= way.norm() {
             let point = self.from + way * (along / way.norm().max(1e-9));
-            let cell = self.frame.cell_at(point).map(|(row, column)| self.cost[row * self.frame.columns() + column]);
-            if cell.is_none_or(|cost| cost.is_infinite() || cost >= OVERLAP && along > ESCAPE) {
+            if self.cost_at(point).is_none_or(|cost| cost.is_infinite() || cost >= OVERLAP && along > ESCAPE) {
                 return false;
             }
             along += 0.5 * self.frame.resolution();

@@ -4,7 +4,7 @@ use local_grid::Heading;
 use nalgebra::{Matrix2, Point2};
 
 use super::{Change, Command, ExploreError, Explorer, Firing, Here, HopEnd, Identity, Phase};
-use crate::{LinkId, LinkState, PlaceId, TopoMap};
+use crate::{Link, LinkId, LinkOrigin, LinkState, PlaceId, TopoMap};
 
 /// A journey over known links, and at its end over a predicted one.
 #[derive(Debug)]
@@ -33,6 +33,8 @@ pub(super) struct Hop {
 
 /// A robot that was stopped so often on one hop gives it up.
 const MOST_BUMPS: u32 = 3;
+/// A piece must bring the robot nearer to its target by so much, in metres, unless it arrives.
+const LEAST_PROGRESS: f64 = 0.05;
 
 impl Travel {
     pub(super) fn new(hops: impl IntoIterator<Item = Hop>) -> Self {
@@ -94,7 +96,13 @@ impl Explorer {
             self.phase = Phase::Choosing;
             return Ok(None);
         };
-        let target = *travel.target.get_or_insert_with(|| here.center + link.displacement_from(here.place).vector);
+        let target = travel.target.unwrap_or_else(|| {
+            let spot = here.center + link.displacement_from(here.place).vector;
+            let free = map.place(travel.next_place()).is_some_and(crate::Place::is_predicted);
+            // A place that nobody has seen yet may as well lie where there is room.
+            if free { self.obstacles.roomiest(self.at(), spot, self.options.near_enough) } else { spot }
+        });
+        travel.target = Some(target);
         match self.drive(&mut travel, target, link.distance()) {
             Ok(command) => {
                 self.phase = Phase::Traveling(travel);
@@ -124,14 +132,15 @@ impl Explorer {
         if travel.bumps > MOST_BUMPS || too_far {
             return Err(if left <= options.near_enough { HopEnd::Arrived } else { blocked });
         }
-        let way = self.obstacles.way(at, target, 0.0).or_else(|| {
-            // The very spot may be taken; one beside it will do.
-            self.obstacles.way(at, target, options.near_enough - options.arrival)
-        });
+        // Where obstacles leave no way, the robot goes as near as it can and looks again: from afar a door seems shut.
+        let way = self.obstacles.way(at, target, 0.0);
         let straight = way.filter(|way| way_length(way) <= options.detour * left + 1.0).and_then(|way| {
             let spot = *way.last()?;
+            if (spot - target).norm() > left - LEAST_PROGRESS {
+                return None;
+            }
             // The last piece leads to the target itself, not to the middle of its cell.
-            let exact = (spot - target).norm() <= 0.1 && (at - target).norm() <= options.stride;
+            let exact = (spot - target).norm() <= 0.1 && left <= options.stride;
             let aim = self.obstacles.straight(at, &way, options.stride)?;
             (aim != at).then_some(if exact && aim == spot { target } else { aim })
         });
@@ -192,17 +201,21 @@ impl Explorer {
             self.phase = phase; // nobody asked
             return Ok(());
         };
+        // Coordinates of a place that is added now are not known yet: they follow from those of the last place.
+        let map_from_track = self.here.and_then(|here| Some(position(here.place)? - here.center));
+        let recognized = matches!(identity, Identity::Known { .. });
         match (self.here, travel) {
-            (Some(here), Some(travel)) if !travel.is_last() => self.passed(map, here, travel, &identity),
-            (Some(here), Some(travel)) => {
-                self.reached(map, here, &travel, identity)?;
-                self.predict(map, position)
-            }
-            (_, _) => {
-                self.begin(map, identity)?;
-                self.predict(map, position)
-            }
+            (Some(here), Some(travel)) if !travel.is_last() => return self.passed(map, here, travel, &identity),
+            (Some(here), Some(travel)) => self.reached(map, here, &travel, identity)?,
+            (_, _) => self.begin(map, identity)?,
         }
+        let Some(here) = self.here else { return Ok(()) };
+        let at = match (position(here.place).filter(|_| recognized), map_from_track) {
+            (Some(known), _) => known,
+            (None, Some(shift)) => here.center + shift,
+            (None, None) => Point2::origin(), // the first place: whatever its coordinates, there is no other
+        };
+        self.predict(map, &here, at, position)
     }
 
     /// The first place of the exploration.
@@ -315,12 +328,27 @@ impl Explorer {
             self.changes.push(Change::LinkTraveled(link));
         }
         self.stand_at(place, center, covariance);
-        Ok(())
+        drop_idle_predictions(map, place)
     }
 
     fn stand_at(&mut self, place: PlaceId, center: Point2<f64>, covariance: Matrix2<f64>) {
         self.here = Some(Here { place, center, covariance, driven: 0.0 });
     }
+}
+
+/// Rejects predicted links of a place whose other end another open link leads to as well: there is nothing to find out.
+fn drop_idle_predictions<S>(map: &mut TopoMap<S>, place: PlaceId) -> Result<(), ExploreError> {
+    let open = |link: &&Link| link.state == LinkState::Open;
+    let idle = |link: &&Link| {
+        let others = map.links_between(place, link.other_end(place)).filter(open);
+        others.into_iter().any(|other| other.is_passable() || other.id < link.id)
+    };
+    let predicted = map.links_of(place).filter(open).filter(|link| link.origin == LinkOrigin::Predicted);
+    let idle: Vec<LinkId> = predicted.filter(idle).map(|link| link.id).collect();
+    for link in idle {
+        map.set_link_state(link, LinkState::Rejected)?;
+    }
+    Ok(())
 }
 
 fn way_length(way: &[Point2<f64>]) -> f64 {

@@ -1,0 +1,182 @@
+use nalgebra::{Matrix2, Point2, Vector2};
+
+use crate::{Identity, Link, PlaceId, PlaceLikelihood, TopoMap};
+
+/// When a spot counts as a known place, for a robot that knows roughly where it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
+pub struct NearbyOptions {
+    /// Within so many metres of its centre the robot is at a place.
+    pub place_radius: f64,
+    /// How much the uncertainty between two places grows per metre of the way between them, in m².
+    pub variance_per_metre: f64,
+    /// The uncertainty that is always there, in m².
+    pub least_variance: f64,
+    /// The greatest squared Mahalanobis distance between where a view puts the robot and where it should be.
+    pub gate: f64,
+    /// Up to this standard deviation, in metres, coordinates alone say which place it is; beyond it views must.
+    pub trusted_sigma: f64,
+    /// The likelihood ratio from which on a view says which place it is.
+    pub likelihood_floor: f64,
+}
+
+impl Default for NearbyOptions {
+    fn default() -> Self {
+        Self {
+            place_radius: 0.5,
+            variance_per_metre: 0.0025,
+            least_variance: 0.002,
+            gate: 9.21,
+            trusted_sigma: 0.25,
+            likelihood_floor: 4.0,
+        }
+    }
+}
+
+/// Where the robot believes to be, before it looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Supposed {
+    /// The place where it last knew to be.
+    pub place: PlaceId,
+    /// How far it has come since, seen from the centre of that place, in metres.
+    pub offset: Vector2<f64>,
+    /// Metres driven since.
+    pub driven: f64,
+}
+
+/// Says which place of the map the robot stands at, or that it is at none: the nearest whose distance, by coordinates and
+/// by view together, lies within a place's radius.
+///
+/// `position` gives the coordinates of visited places. `compare` compares the present view with a place's and is only
+/// called for those that may be in question. How far coordinates are trusted follows from the length of the way through
+/// the map between the place last known and the one in question: where a loop is about to close that is long, and only
+/// a view that speaks for the place clearly is believed.
+///
+/// An ambiguous view, as along a corridor, says so by its covariance, and then leaves the ambiguous axis to the
+/// coordinates.
+pub fn identify_nearby<S>(
+    map: &TopoMap<S>,
+    supposed: &Supposed,
+    signature: S,
+    options: &NearbyOptions,
+    position: impl Fn(PlaceId) -> Option<Point2<f64>>,
+    compare: impl Fn(PlaceId, &S) -> Option<PlaceLikelihood>,
+) -> Identity<S> {
+    let Some(from) = position(supposed.place) else { return Identity::New { signature } };
+    let estimate = from + supposed.offset;
+    let ways = map.distances_from(supposed.place, Link::distance);
+    let mut best: Option<(f64, Identity<S>)> = None;
+    for place in map.places() {
+        let (Some(known), Some(center)) = (place.signature(), position(place.id)) else { continue };
+        let way = supposed.driven + ways.get(place.id.index()).copied().unwrap_or(f64::INFINITY);
+        let variance = options.least_variance + options.variance_per_metre * way;
+        let offset = estimate - center;
+        if !(offset.norm() <= options.place_radius + 3.0 * variance.sqrt()) {
+            continue;
+        }
+        let view = || compare(place.id, known);
+        let Some((offset, covariance)) = options.judge(offset, variance, view) else { continue };
+        let distance = offset.norm();
+        if distance <= options.place_radius && best.as_ref().is_none_or(|(nearest, _)| distance < *nearest) {
+            best = Some((distance, Identity::Known { place: place.id, offset, covariance }));
+        }
+    }
+    best.map_or(Identity::New { signature }, |(_, identity)| identity)
+}
+
+impl NearbyOptions {
+    /// Where the robot is, seen from a place, by coordinates and view; `None` if it cannot be said to be near.
+    fn judge(
+        &self,
+        offset: Vector2<f64>,
+        variance: f64,
+        view: impl Fn() -> Option<PlaceLikelihood>,
+    ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let prior = Matrix2::identity() * variance;
+        let trusted = variance.sqrt() <= self.trusted_sigma;
+        let by_coordinates = trusted.then_some((offset, prior));
+        let Some(seen) = view() else { return by_coordinates };
+        let innovation = seen.offset - offset;
+        let Some(information) = (prior + seen.covariance).try_inverse() else { return by_coordinates };
+        let surprise = (innovation.transpose() * information * innovation)[0];
+        if surprise > self.gate || seen.ratio < 1.0 {
+            return by_coordinates; // the view matched something else
+        }
+        if !trusted && seen.ratio < self.likelihood_floor {
+            return None;
+        }
+        let gain = prior * information;
+        let covariance = (Matrix2::identity() - gain) * prior;
+        Some((offset + gain * innovation, (covariance + covariance.transpose()) * 0.5))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Displacement;
+
+    /// A corridor of 40 places, 1 m apart, and where they lie.
+    fn corridor() -> (TopoMap<u32>, impl Fn(PlaceId) -> Option<Point2<f64>>) {
+        let mut map = TopoMap::new();
+        let mut last = map.add_place(0).unwrap();
+        for number in 1..40 {
+            let next = map.add_place(number).unwrap();
+            map.travel(last, next, Displacement::isotropic(Vector2::new(1.0, 0.0), 0.01)).unwrap();
+            last = next;
+        }
+        (map, |place: PlaceId| Some(Point2::new(f64::from(place.0), 0.0)))
+    }
+
+    fn at(place: u32, x: f64) -> Supposed {
+        Supposed { place: PlaceId(place), offset: Vector2::new(x, 0.0), driven: x.abs() }
+    }
+
+    fn view(place: PlaceId, ratio: f64, x: f64) -> PlaceLikelihood {
+        let covariance = Matrix2::identity() * 0.01;
+        PlaceLikelihood { place, ratio, offset: Vector2::new(x, 0.0), covariance, turn: 0.0 }
+    }
+
+    fn known(identity: &Identity<u32>) -> Option<(u32, f64)> {
+        match identity {
+            Identity::Known { place, offset, .. } => Some((place.0, offset.x)),
+            Identity::New { .. } | Identity::Unsure => None,
+        }
+    }
+
+    #[test]
+    fn nearby_coordinates_are_enough_where_there_is_nothing_to_see() {
+        let (map, position) = corridor();
+        let options = NearbyOptions::default();
+        let identity = identify_nearby(&map, &at(3, 1.2), 99, &options, &position, |_, _| None);
+        let (place, offset) = known(&identity).unwrap();
+        assert_eq!(place, 4);
+        approx::assert_relative_eq!(offset, 0.2, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn beyond_the_last_place_is_a_new_one_even_if_the_view_slides() {
+        let (map, position) = corridor();
+        let options = NearbyOptions::default();
+        let slid = |place, _: &u32| Some(view(place, 50.0, 0.4));
+        let identity = identify_nearby(&map, &at(39, 1.0), 99, &options, &position, slid);
+        assert_eq!(identity, Identity::New { signature: 99 });
+    }
+
+    #[test]
+    fn after_a_long_way_only_a_clear_view_is_believed() {
+        // The robot has gone round to the first place over 39 m: 0.31 m of uncertainty.
+        let (map, position) = corridor();
+        let options = NearbyOptions::default();
+        let around = Supposed { place: PlaceId(39), offset: Vector2::new(-38.8, 0.0), driven: 1.0 };
+        let with = |ratio: f64| {
+            identify_nearby(&map, &around, 99, &options, &position, |place, _| {
+                (place == PlaceId(0)).then(|| view(place, ratio, 0.05))
+            })
+        };
+        assert_eq!(known(&with(2.0)), None);
+        let (place, offset) = known(&with(20.0)).unwrap();
+        assert_eq!(place, 0);
+        assert!((0.05..0.1).contains(&offset), "the view counts more than the coordinates: {offset}");
+    }
+}
