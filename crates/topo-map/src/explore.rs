@@ -76,7 +76,7 @@ impl Default for ExplorerOptions {
     fn default() -> Self {
         Self {
             spacing: 1.0,
-            suppression: 0.75,
+            suppression: 0.8,
             link_separation: 30_f64.to_radians(),
             predicted_sigma: 0.25,
             arrival: 0.12,

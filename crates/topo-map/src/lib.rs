@@ -1,4 +1,4 @@
-//! Places and the links between them, recognition of places, and exploration: the topological level of the hierarchy of maps.
+#![doc = include_str!("../README.md")]
 
 mod explore;
 mod link;

@@ -36,7 +36,7 @@ impl Explorer {
                         self.changes.push(Change::LinkPredicted(link));
                     }
                 }
-                (Central::Beside, _) if distance < 0.95 * self.options.spacing => {} // near enough to be seen from there
+                (Central::Beside, _) if distance < self.options.spacing => {} // near enough to be seen from there
                 (Central::Middle | Central::Beside, _) => {
                     let displacement = Displacement::isotropic(toward, variance);
                     let (place, _) = map.predict_place(here.place, displacement, opening.confidence)?;

@@ -33,6 +33,8 @@ pub(super) struct Hop {
 
 /// A robot that was stopped so often on one hop gives it up.
 const MOST_BUMPS: u32 = 3;
+/// A predicted place may be moved by so much, in metres, to where there is more room.
+const SHIFT: f64 = 0.2;
 /// A piece must bring the robot nearer to its target by so much, in metres, unless it arrives.
 const LEAST_PROGRESS: f64 = 0.05;
 
@@ -100,7 +102,7 @@ impl Explorer {
             let spot = here.center + link.displacement_from(here.place).vector;
             let free = map.place(travel.next_place()).is_some_and(crate::Place::is_predicted);
             // A place that nobody has seen yet may as well lie where there is room.
-            if free { self.obstacles.roomiest(self.at(), spot, self.options.near_enough) } else { spot }
+            if free { self.obstacles.roomiest(self.at(), spot, SHIFT) } else { spot }
         });
         travel.target = Some(target);
         match self.drive(&mut travel, target, link.distance()) {

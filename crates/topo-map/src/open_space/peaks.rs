@@ -14,8 +14,9 @@ pub struct PeakOptions {
 }
 
 impl Default for PeakOptions {
+    /// Rather low a threshold: a false place costs one short trip, a missed door a room.
     fn default() -> Self {
-        Self { threshold: 0.5, spread: 60_f64.to_radians() }
+        Self { threshold: 0.3, spread: 60_f64.to_radians() }
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use local_grid::nalgebra::{Isometry2, Point2, Vector2};
 use local_grid::{
-    AlignOptions, Fuzzy, Heading, Scan, Signature, SignatureOptions, SonarCone, WorkingGrid, WorkingGridOptions, align,
+    AlignOptions, Fuzzy, Scan, Signature, SignatureOptions, SonarCone, WorkingGrid, WorkingGridOptions, align,
 };
 use relaxation::{Network, Spring};
 use simulator::robot_log::EntryKind;
@@ -14,6 +14,9 @@ use topo_map::{Change, Command, Explorer, ExplorerOptions, Identity, LinkOrigin,
 use topo_map::{NearbyOptions, PlaceLikelihood, Supposed, identify_nearby};
 
 type Error = Box<dyn std::error::Error>;
+
+/// Scans, each with the pose where it was taken.
+type Posed = Vec<(Isometry2<f64>, Scan)>;
 
 /// How an exploration went.
 #[derive(Debug)]
@@ -78,18 +81,6 @@ impl<'w> Host<'w> {
             let command = explorer.observe(&mut self.map, observation)?;
             self.positions = positions;
             let changes = explorer.take_changes();
-            if std::env::var_os("EXPLORE_TRACE").is_some() {
-                let t = self.robot.map_from_robot().translation.vector;
-                let k = self.track_from_robot.translation.vector;
-                let s = self.robot.world().map_from_start().translation.vector;
-                eprintln!(
-                    "{commands} {command:?} {changes:?} track ({:.2} {:.2}) drift ({:.2} {:.2}) bumped {bumped}",
-                    k.x,
-                    k.y,
-                    k.x - t.x + s.x,
-                    k.y - t.y + s.y
-                );
-            }
             if !changes.is_empty() {
                 self.relax()?;
                 self.note(&changes);
@@ -122,7 +113,7 @@ impl<'w> Host<'w> {
     }
 
     /// Lets the robot do something; answers its scans and whether it was stopped.
-    fn act(&mut self, command: &simulator::Command) -> Result<(Vec<(Isometry2<f64>, Scan)>, bool), Error> {
+    fn act(&mut self, command: &simulator::Command) -> Result<(Posed, bool), Error> {
         let mut log = Vec::new();
         let outcome = self.robot.execute(command, &mut log);
         let mut scans = Vec::new();
@@ -220,11 +211,9 @@ impl Explored {
         visited.filter_map(|place| self.truth[place.id.index()])
     }
 
-    /// The share of the floor that the robot could reach which lies within `radius` of a visited place.
+    /// The share of the floor that the robot could reach which lies within `radius` of a visited place and in its sight.
     pub(crate) fn coverage(&self, world: &World, radius: f64) -> f64 {
-        let reachable = reachable_floor(world, 0.225 + 0.05);
-        let covered = reachable.iter().filter(|point| self.visited().any(|at| (at - **point).norm() <= radius));
-        covered.count() as f64 / reachable.len().max(1) as f64
+        world.coverage(&self.visited().collect::<Vec<_>>(), 0.225 + 0.05, radius)
     }
 
     /// Visited places that lie within `radius` of an earlier one.
@@ -249,41 +238,4 @@ impl Explored {
         let mean = pairs.iter().fold(Vector2::zeros(), |sum, (map, truth)| sum + (truth - map)) / pairs.len() as f64;
         pairs.iter().map(|(map, truth)| (truth - map - mean).norm()).sum::<f64>() / pairs.len() as f64
     }
-}
-
-/// Points 0.2 m apart to which a disc of `radius` can move from the start.
-fn reachable_floor(world: &World, radius: f64) -> Vec<Point2<f64>> {
-    const STEP: f64 = 0.2;
-    let (low, high) = world.bounds();
-    let cells = ((high - low) / STEP).map(|n| n.ceil() as i64);
-    let point = |(i, j): (i64, i64)| low + Vector2::new(i as f64, j as f64) * STEP;
-    let scene = world.at(0.0);
-    let free = |cell: (i64, i64)| scene.clearance(point(cell), radius) >= radius;
-    let start = (Point2::from(world.map_from_start().translation.vector) - low) / STEP;
-    let start = (start.x.round() as i64, start.y.round() as i64);
-    let (mut seen, mut queue) = (std::collections::BTreeSet::from([start]), vec![start]);
-    while let Some((i, j)) = queue.pop() {
-        for next in [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)] {
-            let inside = (0..=cells.x).contains(&next.0) && (0..=cells.y).contains(&next.1);
-            if inside && !seen.contains(&next) && free(next) {
-                seen.insert(next);
-                queue.push(next);
-            }
-        }
-    }
-    seen.into_iter().map(point).collect()
-}
-
-/// A rectangular room with walls at `±half`, and whatever else is drawn.
-pub(crate) fn room(half: (f64, f64), more: &str) -> World {
-    let (x, y) = half;
-    let plan = format!(
-        "name = 'room'\nrotation_deg = 12.0\n[[wall]]\npoints = [[-{x}, -{y}], [{x}, -{y}], [{x}, {y}], [-{x}, {y}]]\nclosed = true\n{more}"
-    );
-    World::from_plan(&plan).expect("a plan of a test")
-}
-
-/// North-east, so that nothing is aligned by luck.
-pub(crate) fn askew() -> Heading {
-    Heading::from_radians(0.7)
 }
