@@ -7,6 +7,7 @@ mod gridmaps;
 mod inspect;
 mod manners;
 mod regions;
+mod run;
 mod simulate;
 
 use assert_cmd::Command;
