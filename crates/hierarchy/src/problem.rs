@@ -12,7 +12,7 @@ use topo_map::{Link, TopoMap};
 #[derive(Debug, Clone)]
 pub enum Problem {
     /// Headings are known.
-    Positions(Network),
+    Positions(Box<Network>),
     /// Headings are unknown.
     Poses(PoseGraph),
 }
@@ -46,7 +46,7 @@ impl Problem {
             return Ok(Self::Poses(PoseGraph::new(nodes, &springs)?));
         }
         let springs: Vec<Spring> = measured().map(spring).collect();
-        Ok(Self::Positions(Network::new(nodes, &springs)?))
+        Ok(Self::Positions(Box::new(Network::new(nodes, &springs)?)))
     }
 
     /// The energy of some poses, each link counted once, weighted by its covariance.

@@ -1,4 +1,7 @@
 //! Behaviour of the facade on logs: made ones, and real ones where they are at hand.
+#![expect(clippy::unwrap_used, reason = "a test that cannot set itself up must fail")]
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+#![expect(clippy::cast_precision_loss, reason = "cells and metres are few")]
 
 mod logs;
 mod office_loop;
