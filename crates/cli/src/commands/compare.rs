@@ -126,6 +126,9 @@ fn as_json(entrant: &Entrant) -> Value {
     })
 }
 
+/// One figure of a score.
+type Figure = fn(&MapScore) -> f64;
+
 /// The table; writing to a string cannot fail.
 fn table(entrants: &[Entrant], reference: &str) -> String {
     let mut text = format!("{:<22}", "");
@@ -141,7 +144,7 @@ fn table(entrants: &[Entrant], reference: &str) -> String {
     row("empty cells", &|entrant| crisp(entrant).empty.to_string());
     row("contradictory cells", &|entrant| crisp(entrant).contradictory.to_string());
     row("mean conflict", &|entrant| format!("{:.4}", entrant.conflict));
-    let scores: [(&str, fn(&MapScore) -> f64); 11] = [
+    let scores: [(&str, Figure); 11] = [
         ("wall precision", |score| score.wall_precision),
         ("wall recall", |score| score.wall_recall),
         ("wall F1", |score| score.wall_f1),
