@@ -1,6 +1,7 @@
 //! A CARMEN log goes in; a topological map with consistent coordinates and a gridmap come out.
 //!
 //! `cargo run --release -p hierarchy --example 01_log_to_map -- LOG MAP.png`
+#![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
