@@ -31,7 +31,9 @@ pub use sensor::{
 pub use signature::{
     AxisHistogram, CellClass, Count, Descriptor, HistogramMatch, Signature, SignatureError, SignatureOptions,
 };
-pub use structure::{StructureOptions, WallDirection, wall_direction_of_echoes, wall_direction_of_grid};
+pub use structure::{
+    StructureOptions, WallCompass, WallCompassOptions, WallDirection, wall_direction_of_echoes, wall_direction_of_grid,
+};
 pub use working::{WorkingGrid, WorkingGridOptions};
 
 pub use nalgebra;

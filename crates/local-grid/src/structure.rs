@@ -1,10 +1,14 @@
 //! The directions in which a building's walls run: a compass of its own, modulo a right angle.
 
+mod compass;
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::Vector2;
 
 use crate::{Cell, Echo, Grid, Heading};
+
+pub use compass::{WallCompass, WallCompassOptions};
 
 /// How directions are gathered, and when walls are believed to carry a heading.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,7 +16,7 @@ use crate::{Cell, Echo, Grid, Heading};
 pub struct StructureOptions {
     /// Half the width of a direction's peak, in radians.
     pub peak: f64,
-    /// The least share of all surface that must run within the peak; a third is what a round room shows at best.
+    /// The least share of all surface that must run within the peak; a round room shows a ninth, clutter up to two fifths.
     pub least_share: f64,
     /// The least total length of surface, in metres.
     pub least_length: f64,
@@ -20,7 +24,7 @@ pub struct StructureOptions {
 
 impl Default for StructureOptions {
     fn default() -> Self {
-        Self { peak: 5f64.to_radians(), least_share: 0.4, least_length: 3.0 }
+        Self { peak: 5f64.to_radians(), least_share: 0.5, least_length: 3.0 }
     }
 }
 
@@ -130,6 +134,8 @@ struct AngleHistogram {
     entries: Vec<(f64, f64)>,
 }
 
+/// How true walls are, in radians.
+const STRAIGHTNESS: f64 = 0.006;
 /// Bins of one degree.
 const BINS: usize = 90;
 
@@ -162,8 +168,9 @@ impl AngleHistogram {
             direction = (direction + sum / within).rem_euclid(FRAC_PI_2);
         }
         let share = within / length;
-        // Neighbouring echoes see the same wall: about one independent measurement per metre of it.
-        let sigma = (square / within).sqrt() / within.max(1.0).sqrt();
+        // Neighbouring echoes see the same wall: about one independent measurement per metre of it,
+        // and no wall is straighter than a third of a degree.
+        let sigma = (square / within / within.max(1.0) + STRAIGHTNESS * STRAIGHTNESS).sqrt();
         (share >= options.least_share).then_some(WallDirection { direction, share, sigma, length })
     }
 

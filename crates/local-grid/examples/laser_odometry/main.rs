@@ -14,8 +14,11 @@ use std::error::Error;
 use std::time::Instant;
 
 use io::{Log, Relation, drifted, read_log, read_relations, write_pgm};
-use local_grid::nalgebra::{Isometry2, Matrix3};
-use local_grid::{LocalMap, LocalMapError, LocalMapOptions, MatchOptions, Prior, TrackOptions, echoes, judge, track};
+use local_grid::nalgebra::{Isometry2, Matrix3, UnitComplex};
+use local_grid::{
+    LocalMap, LocalMapError, LocalMapOptions, MatchOptions, Prior, StructureOptions, TrackOptions, WallCompass,
+    WallCompassOptions, echoes, judge, track, wall_direction_of_echoes,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -55,6 +58,7 @@ fn carry(log: &[Log], known: bool) -> Result<Carried, LocalMapError> {
     let options = TrackOptions::default();
     let mut map = LocalMap::new(LocalMapOptions::default())?;
     let mut poses: Vec<Isometry2<f64>> = Vec::with_capacity(log.len());
+    let mut compass = WallCompass::new(WallCompassOptions::default());
     let mut drawn_at: Option<Isometry2<f64>> = None;
     for (k, entry) in log.iter().enumerate() {
         let pose = match poses.last() {
@@ -62,7 +66,13 @@ fn carry(log: &[Log], known: bool) -> Result<Carried, LocalMapError> {
             None => entry.odom_from_robot,
             Some(before) => {
                 let step = log[k - 1].odom_from_robot.inv_mul(&entry.odom_from_robot);
-                track(&map, &echoes(&entry.scan, 30.0), &odometry(before, &step), &options).map_from_robot
+                let seen = echoes(&entry.scan, 30.0);
+                let mut pose = track(&map, &seen, &odometry(before, &step), &options).map_from_robot;
+                if let Some(walls) = wall_direction_of_echoes(&seen, &StructureOptions::default()) {
+                    let turn = compass.sight(&walls, pose.rotation.angle());
+                    pose.rotation *= UnitComplex::new(turn);
+                }
+                pose
             }
         };
         let far = drawn_at.is_none_or(|last| {
