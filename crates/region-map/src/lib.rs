@@ -1,28 +1,35 @@
-//! Rooms, corridors and gateways from a gridmap of free space.
+#![doc = include_str!("../README.md")]
 
-pub mod baseline;
-mod carve;
-mod chords;
-mod clean;
+mod plane;
+
 mod components;
 mod crop;
+
+mod clean;
 mod distance;
-pub mod export;
-mod gates;
-mod gateways;
-mod graph;
 mod morphology;
+
+mod chords;
+mod gates;
 mod mouths;
-mod names;
+
+mod carve;
 mod numbering;
+mod watershed;
+
+mod gateways;
 mod options;
 mod outline;
-mod plane;
 mod region_map;
 mod regions;
 mod segment;
 mod survey;
-mod watershed;
+
+mod graph;
+mod names;
+
+pub mod baseline;
+pub mod export;
 
 pub use local_grid;
 pub use local_grid::nalgebra;

@@ -9,7 +9,7 @@ mod picture;
 mod plan;
 mod score;
 
-use std::{path::Path, time::Instant};
+use std::{path::Path, sync::OnceLock, time::Instant};
 
 use region_map::{
     Options, baseline,
@@ -84,13 +84,22 @@ fn row(name: &str, score: &Score, milliseconds: f64) {
     println!("{name:24} {iou:5.3} {recall:6.3} {precision:9.3} {found:5} {truth:5} {milliseconds:7.1}");
 }
 
+/// Processor time of this thread where the system tells it, else the time on the wall.
+fn seconds() -> f64 {
+    static START: OnceLock<Instant> = OnceLock::new();
+    let start = START.get_or_init(Instant::now);
+    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = nanoseconds.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or(start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds / 1e9)
+}
+
 fn fastest_of_three(method: Method, free: &Grid<f32>) -> Result<(Vec<u32>, f64), String> {
     let mut best = f64::INFINITY;
     let mut labels = Vec::new();
     for _ in 0..3 {
-        let start = Instant::now();
+        let start = seconds();
         let found = method(free)?;
-        best = best.min(start.elapsed().as_secs_f64() * 1e3);
+        best = best.min((seconds() - start) * 1e3);
         labels = found.cells().iter().map(|&label| u32::from(label)).collect();
     }
     Ok((labels, best))
