@@ -106,7 +106,7 @@ impl Failure {
         let paint =
             |style: &str, text: &str| if color { format!("\u{1b}[{style}m{text}\u{1b}[0m") } else { text.to_owned() };
         let mut text = format!("{}: {}", paint("1;31", "error"), self.what.message);
-        if let Some(place) = &self.what.place {
+        if let Some(place) = self.what.place.as_ref().filter(|place| place.line > 0) {
             place.draw(&mut text, paint);
         }
         for cause in &self.what.causes {
@@ -177,7 +177,9 @@ impl From<robot_log::LogError> for Failure {
         };
         let help = match &error.kind {
             kind if kind.is_local() => Some("use --lenient to leave faulty lines out; they are counted and reported"),
-            LogErrorKind::NeedsDescription => Some("describe the robot with --robot NAME or --robot FILE.toml"),
+            LogErrorKind::NeedsDescription | LogErrorKind::Foreign { .. } => {
+                Some("describe the robot with --robot NAME or --robot FILE.toml")
+            }
             LogErrorKind::Directory => Some("name the log file itself"),
             _ => None,
         };

@@ -80,3 +80,29 @@ fn several_files_of_a_described_robot_become_one_log() {
     topogrid().arg("convert").args([&sonar, &od, &out]).args(["--robot", "ring8"]).assert().code(0);
     topogrid().arg("inspect").arg(&out).assert().code(0).stdout(contains("4 entries").and(contains("path 0.5 m")));
 }
+
+#[test]
+fn a_map_is_described_and_its_trap_is_named() {
+    let (folder, _log) = folder();
+    let yaml = folder.path().join("map.yaml");
+    let mut image = b"P5\n20 10\n255\n".to_vec();
+    image.extend((0..200).map(|cell| if cell % 20 == 3 { 0u8 } else { 254 }));
+    std::fs::write(folder.path().join("map.pgm"), &image).unwrap();
+    let text = |free: &str| {
+        format!(
+            "image: map.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: {free}\n"
+        )
+    };
+    std::fs::write(&yaml, text("0.196")).unwrap();
+    let said = contains("20 × 10 cells").and(contains("1.9 m² free")).and(contains("walls 0.100 m thick"));
+    topogrid().arg("inspect").arg(&yaml).assert().code(0).stdout(said.and(contains("\nhealthy")));
+    std::fs::write(&yaml, text("0.25")).unwrap();
+    topogrid().arg("inspect").arg(&yaml).arg("--strict").assert().code(3).stdout(contains("free_thresh 0.25"));
+}
+
+#[test]
+fn a_log_of_tagged_lines_needs_the_name_of_its_robot() {
+    let (_folder, log) = folder();
+    std::fs::write(&log, "O 1 2 3 0.5\nL 1 2 3\n").unwrap();
+    topogrid().arg("inspect").arg(&log).assert().code(3).stderr(contains("only `L`, `O`").and(contains("--robot")));
+}

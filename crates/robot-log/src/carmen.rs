@@ -125,6 +125,12 @@ impl<R: BufRead> CarmenReader<R> {
         &self.report
     }
 
+    /// Why a log without an entry is none.
+    fn nothing(&self) -> LogErrorKind {
+        let names: Vec<&str> = self.report.passed_over.keys().take(5).map(String::as_str).collect();
+        if names.is_empty() { LogErrorKind::Empty } else { LogErrorKind::Foreign { messages: names.join("`, `") } }
+    }
+
     fn advance(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             self.report.lines += 1;
@@ -144,7 +150,7 @@ impl<R: BufRead> CarmenReader<R> {
             }
         }
         if self.report.entries == 0 {
-            return Err(LogError::whole(self.lines.name(), LogErrorKind::Empty));
+            return Err(LogError::whole(self.lines.name(), self.nothing()));
         }
         Ok(None)
     }
@@ -218,7 +224,9 @@ impl Parser {
                 laser::raw_laser(name.text, &mut words, self)?
             }
             b"PARAM" => {
-                self.params.read(&mut words);
+                if self.params.read(&mut words) {
+                    return Ok(None);
+                }
                 return pass_over(name.text, report);
             }
             other if is_message_name(other) => return pass_over(other, report),

@@ -53,6 +53,12 @@ pub enum LogErrorKind {
     /// Nothing in it.
     #[error("holds no entry of a robot's log")]
     Empty,
+    /// Messages, and none that says anything of odometry, ranges or headings.
+    #[error("holds no message of a robot's log, only `{messages}`; a table of numbers needs a robot description")]
+    Foreign {
+        /// The first words of its lines.
+        messages: String,
+    },
     /// Not text.
     #[error("is a binary file, expected a text log")]
     Binary,
@@ -98,6 +104,7 @@ impl LogErrorKind {
             Self::Directory => "log.directory",
             Self::Gzip(_) => "log.gzip",
             Self::Empty => "log.empty",
+            Self::Foreign { .. } => "log.foreign",
             Self::Binary => "log.binary",
             Self::LineTooLong { .. } => "log.line_too_long",
             Self::Field { .. } => "log.field",

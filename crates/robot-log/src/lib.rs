@@ -1,4 +1,4 @@
-//! Streams of logged robot experiments: CARMEN, and CSV-like logs with a robot description.
+#![doc = include_str!("../README.md")]
 
 mod carmen;
 mod clock;

@@ -95,7 +95,10 @@ fn the_heading_is_the_yaw_of_the_attitude() {
     let EntryKind::Heading { heading, deviation } = entries[0].kind else { panic!() };
     approx::assert_relative_eq!(heading.radians(), 1.2, epsilon = 1e-12);
     assert_eq!(deviation, 5f64.to_radians());
-    assert!(matches!(read("IMU 0 0 9.81 0 0 0 0 0 0 0 0 0 0 2.0 h 2.0\n").unwrap_err().kind, LogErrorKind::Empty));
+    assert!(matches!(
+        read("IMU 0 0 9.81 0 0 0 0 0 0 0 0 0 0 2.0 h 2.0\n").unwrap_err().kind,
+        LogErrorKind::Foreign { .. }
+    ));
 }
 
 #[test]

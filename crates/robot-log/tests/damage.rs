@@ -23,6 +23,7 @@ fn files_that_are_no_log_are_refused_by_what_they_are() {
     assert!(matches!(first_error(b"\x7fELF\x02\x01\x01\0\0\0\0"), LogErrorKind::Binary));
     assert!(matches!(first_error(b"ODOM 1 2 3 0 0 0 1 h 1\nODOM\0"), LogErrorKind::Binary));
     assert!(matches!(first_error(b"12,13,14\n"), LogErrorKind::NeedsDescription));
+    assert!(matches!(first_error(b"O 1 2 3 4\nL 1 2 3\n"), LogErrorKind::Foreign { messages } if messages == "L`, `O"));
     assert!(matches!(first_error(b"hello world\n"), LogErrorKind::Field { .. }));
 }
 

@@ -11,8 +11,9 @@ use crate::failure::Failure;
 use crate::input::{LogArgs, warn_of_skipped};
 
 mod graph;
+mod map;
 
-/// What a log or a graph holds, and whether it is healthy
+/// What a log, a graph or a map holds, and whether it is healthy
 ///
 /// Example: topogrid inspect office.log.gz
 #[derive(Debug, Args)]
@@ -28,6 +29,7 @@ pub(crate) struct InspectArgs {
 pub(crate) fn run(args: &InspectArgs, context: &Context) -> Result<(), Failure> {
     let healthy = match args.log.logs.as_slice() {
         [path] if graph::is_graph(path) => graph::inspect(path, context)?,
+        [path] if map::is_map(path) => map::inspect(path, context)?,
         paths => inspect_log(paths.first().map_or(Path::new("-"), |path| path), &mut args.log.open()?, context)?,
     };
     if args.strict && !healthy {
@@ -114,7 +116,8 @@ fn describe(path: &Path, survey: &Survey, reports: &[&LogReport]) -> String {
         if sensor.echoes > 0 {
             let _ = write!(text, " at {nearest:.2} … {farthest:.2} m");
         }
-        let _ = writeln!(text, ", limits {from} … {to} m, {:.1} % no measurement", 100.0 * sensor.invalid_share());
+        let _ =
+            writeln!(text, ", limits {from:.2} … {to:.2} m, {:.1} % no measurement", 100.0 * sensor.invalid_share());
     }
     let _ = writeln!(
         text,

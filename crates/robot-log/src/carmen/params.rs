@@ -36,14 +36,15 @@ impl Params {
     /// A log may set any number of parameters; those of sensors are few.
     const LIMIT: usize = 1000;
 
-    /// Reads `PARAM name value host time`, after its first word.
-    pub(crate) fn read(&mut self, words: &mut Words<'_>) {
+    /// Reads `PARAM name value host time`, after its first word; whether it is about a sensor.
+    pub(crate) fn read(&mut self, words: &mut Words<'_>) -> bool {
         let (name, value) = (words.word().text, words.word().text);
-        let (Ok(name), Ok(value)) = (std::str::from_utf8(name), std::str::from_utf8(value)) else { return };
+        let (Ok(name), Ok(value)) = (std::str::from_utf8(name), std::str::from_utf8(value)) else { return false };
         let of_sensor = ["sonar", "laser", "imu"].iter().any(|word| name.contains(word));
         if of_sensor && (self.values.len() < Self::LIMIT || self.values.contains_key(name)) {
             self.values.insert(name.to_owned(), value.to_owned());
         }
+        of_sensor
     }
 
     /// The finite number that parameter `name` is set to.
