@@ -11,7 +11,7 @@ use crate::run_folder::RunFolder;
 
 /// Writes everything that a finished map holds, except its metrics, which know how long this took.
 pub(crate) fn write(folder: &mut RunFolder, finished: &Finished) -> Result<(), Failure> {
-    let Finished { mapper, gridmap, .. } = finished;
+    let Finished { mapper, gridmap, regions, .. } = finished;
     write_map(folder, finished)?;
     let atlas = mapper.atlas().map_err(|error| Failure::new(Exit::Failed, "map", error.to_string()))?;
     folder.write("map.png", "the gridmap to look at: empty, occupied, contradictory, unexplored", |out| {
@@ -23,6 +23,15 @@ pub(crate) fn write(folder: &mut RunFolder, finished: &Finished) -> Result<(), F
     folder.write("topology.g2o", "the same as a graph of places and links", |mut out| {
         relaxation::g2o::write(&mapper.graph(), &mut out).map_err(io::Error::other)
     })?;
+    if !regions.regions.is_empty() {
+        let free = gridmap.map(|cell| cell.empty);
+        folder.write("regions.geojson", "rooms, corridors and gateways", |mut out| {
+            region_map::export::write_geojson(&mut out, regions, &Isometry2::identity())
+        })?;
+        folder.write("regions.png", "the same to look at", |mut out| {
+            region_map::export::write_picture(&mut out, regions, &free)
+        })?;
+    }
     let stamped = || mapper.trajectory().samples().iter().map(|sample| sample.stamp);
     folder
         .write("trajectory.tum", "the robot's path in the map", |out| write_tum(out, stamped().zip(mapper.poses())))?;

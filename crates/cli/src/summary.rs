@@ -37,6 +37,10 @@ pub(crate) fn text(name: &str, folder: &RunFolder, metrics: &Metrics) -> String 
         " cells             {} empty, {} occupied, {} contradictory, {} unexplored",
         grid.empty, grid.occupied, grid.contradictory, grid.unexplored
     );
+    if let Some(regions) = &metrics.regions {
+        let (rooms, corridors, gateways) = (regions.rooms, regions.corridors, regions.gateways);
+        let _ = writeln!(text, " regions           {rooms} rooms, {corridors} corridors, {gateways} gateways");
+    }
     let _ = writeln!(text, " loops refused     {}, with reasons in loops.csv\n", links.rejected);
     for file in folder.written() {
         let _ = writeln!(text, " {:<34} {}", folder.path().join(file.name).display(), file.holds);

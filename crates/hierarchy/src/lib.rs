@@ -10,6 +10,7 @@ mod laser;
 mod mapper;
 mod metrics;
 mod problem;
+mod query;
 mod reach;
 mod recognize;
 mod session;
@@ -34,6 +35,7 @@ pub use metrics::{
     TruthMetrics,
 };
 pub use problem::{Problem, RelaxationError};
+pub use query::{count_regions, regions};
 pub use recognize::{Closure, Verdict};
 pub use session::SessionError;
 pub use tally::Tally;

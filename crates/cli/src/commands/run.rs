@@ -4,6 +4,7 @@ use std::time::Instant;
 use clap::Args;
 use hierarchy::local_grid::FuzzyGrid;
 use hierarchy::{Config, GridMetrics, Mapper, Metrics, Truth};
+use region_map::RegionMap;
 use robot_log::{EntryKind, LogReader};
 
 use crate::context::Context;
@@ -109,6 +110,7 @@ fn name_of(path: &Path) -> String {
 pub(crate) struct Finished {
     pub(crate) mapper: Mapper,
     pub(crate) gridmap: FuzzyGrid,
+    pub(crate) regions: RegionMap,
     pub(crate) metrics: Metrics,
 }
 
@@ -180,13 +182,19 @@ fn build(mut mapper: Mapper, log: &mut LogReader, context: &Context) -> Result<F
     let gridmap = mapper.gridmap().map_err(rejected)?;
     let frame = gridmap.frame();
     stage.finish(&format!("{} × {} cells of {} m", frame.rows(), frame.columns(), frame.resolution()));
+    let cutting = Instant::now();
+    let regions = hierarchy::regions(&gridmap).map_err(|error| {
+        Failure::new(Exit::Rejected, "regions", format!("could not cut the map into regions: {error}"))
+    })?;
     let mut metrics = mapper.metrics().map_err(rejected)?;
+    metrics.regions = Some(hierarchy::count_regions(&regions));
+    metrics.timings_s.regions = cutting.elapsed().as_secs_f64();
     metrics.truth = truth.judge(&mapper);
     metrics.grid = count(&gridmap);
     metrics.timings_s.read = reading;
     metrics.timings_s.local = mapping;
     metrics.timings_s.grid = drawing.elapsed().as_secs_f64();
-    Ok(Finished { mapper, gridmap, metrics })
+    Ok(Finished { mapper, gridmap, regions, metrics })
 }
 
 fn count(gridmap: &FuzzyGrid) -> GridMetrics {
