@@ -112,8 +112,8 @@ impl Default for ExplorerOptions {
 ///
 /// # It ends
 ///
-/// Every travel resolves the predicted link it set out for (it becomes traveled, blocked or rejected, and nothing makes a
-/// link predicted again), or blocks a traveled link on the way there, which is opened again at most
+/// Every travel resolves the predicted link it set out for, at the second try at the latest (it becomes traveled, blocked
+/// or rejected, and nothing makes a link predicted again), or blocks a traveled link on the way there, which is opened again at most
 /// [`ExplorerOptions::retries`] times. A place is given predicted links only in directions
 /// that are [`ExplorerOptions::link_separation`] from all its links, so at most `2π / separation` in its life, and
 /// there are at most [`ExplorerOptions::max_places`] places. A single hop ends, because its length driven is bounded.
@@ -129,8 +129,8 @@ pub struct Explorer {
     phase: Phase,
     rose: RangeRose,
     surveys: u32,
-    /// How many times each blocked link was opened again.
-    reopened: BTreeMap<LinkId, u32>,
+    /// How many times the robot was stopped on each predicted link, or a traveled one was opened again.
+    tried: BTreeMap<LinkId, u32>,
     /// The journey at whose end the survey is made.
     pending: Option<Travel>,
     changes: Vec<Change>,
@@ -220,7 +220,7 @@ impl Explorer {
             phase: Phase::Surveying { fired: 0, turned: false },
             rose: RangeRose::new(Point2::origin()),
             surveys: 0,
-            reopened: BTreeMap::new(),
+            tried: BTreeMap::new(),
             pending: None,
             changes: Vec::new(),
         })

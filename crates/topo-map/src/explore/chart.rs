@@ -2,8 +2,11 @@ use local_grid::Heading;
 use nalgebra::{Point2, Vector2};
 
 use super::travel::{Hop, Travel};
-use super::{Change, ExploreError, Explorer, Here, Phase};
+use super::{Change, ExploreError, Explorer, Here, Obstacles, Phase};
 use crate::{Central, Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, PlaceState, TopoMap};
+
+/// By how many metres a link is put off on which the robot was stopped.
+const SECOND_TRY: f64 = 20.0;
 
 impl Explorer {
     /// Adds the openings around the robot to the map: predicted places, or predicted links to places that are known.
@@ -36,7 +39,7 @@ impl Explorer {
                         self.changes.push(Change::LinkPredicted(link));
                     }
                 }
-                (Central::Beside, _) if distance < self.options.spacing => {} // near enough to be seen from there
+                (Central::Beside, _) if distance < 0.9 * self.options.spacing => {} // near enough to be seen from there
                 (Central::Middle | Central::Beside, _) => {
                     let displacement = Displacement::isotropic(toward, variance);
                     let (place, _) = map.predict_place(here.place, displacement, opening.confidence)?;
@@ -86,8 +89,12 @@ impl Explorer {
         if map.n_visited() >= self.options.max_places {
             return Ok(());
         }
+        let mut forgot = false;
         loop {
-            if let Some(travel) = self.cheapest(map, here.place, preference) {
+            if let Some(mut travel) = self.cheapest(map, here.place, preference) {
+                if forgot {
+                    travel.look_first();
+                }
                 self.phase = Phase::Traveling(travel);
                 return Ok(());
             }
@@ -95,7 +102,11 @@ impl Explorer {
             if left.is_empty() {
                 return Ok(());
             }
-            if !self.reopen(map)? {
+            if self.reopen(map)? {
+                // What was in the way may have been a false echo, or somebody who has gone: see anew.
+                self.obstacles = Obstacles::new(self.options.obstacles);
+                forgot = true;
+            } else {
                 // What cannot be reached at all is no prediction any more.
                 for link in left {
                     self.block(map, link)?;
@@ -107,13 +118,13 @@ impl Explorer {
     /// Opens the traveled links that were blocked, each only so many times: people go away, and echoes may be false.
     fn reopen<S>(&mut self, map: &mut TopoMap<S>) -> Result<bool, ExploreError> {
         let blocked = map.links().iter().filter(|link| {
-            let tried = self.reopened.get(&link.id).copied().unwrap_or(0);
+            let tried = self.tried.get(&link.id).copied().unwrap_or(0);
             let blocked = link.state == LinkState::Blocked && link.origin == LinkOrigin::Traveled;
             blocked && tried < self.options.retries
         });
         let blocked: Vec<LinkId> = blocked.map(|link| link.id).collect();
         for &link in &blocked {
-            *self.reopened.entry(link).or_insert(0) += 1;
+            *self.tried.entry(link).or_insert(0) += 1;
             map.set_link_state(link, LinkState::Open)?;
         }
         Ok(!blocked.is_empty())
@@ -125,7 +136,8 @@ impl Explorer {
         let candidates = open_predictions(map).flat_map(|link| [(link, link.from), (link, link.to)]);
         let priced = candidates.filter_map(|(link, start)| {
             let way = *distances.get(start.index())?;
-            let price = way + link.distance() + self.penalty(map, link) + preference(link);
+            let again = SECOND_TRY * f64::from(self.tried.get(&link.id).copied().unwrap_or(0));
+            let price = way + link.distance() + self.penalty(map, link) + again + preference(link);
             price.is_finite().then_some((price, link, start))
         });
         // Equal prices go to the older link.

@@ -51,6 +51,11 @@ impl Travel {
         }
     }
 
+    /// The sensors fire before the robot moves.
+    pub(super) fn look_first(&mut self) {
+        self.queue.push_back(Command::Fire { purpose: Firing::Watch });
+    }
+
     /// Where the present hop leads.
     pub(super) fn next_place(&self) -> PlaceId {
         self.hops[0].to
@@ -115,7 +120,12 @@ impl Explorer {
                 Ok(None)
             }
             Err(HopEnd::Blocked(_)) => {
-                self.block(map, link.id)?;
+                // Seen from elsewhere, or later, a door may be open after all: what is predicted gets a second try.
+                let tried = self.tried.entry(link.id).or_insert(0);
+                *tried += 1;
+                if link.origin != LinkOrigin::Predicted || *tried > 1 {
+                    self.block(map, link.id)?;
+                }
                 self.phase = Phase::Choosing;
                 Ok(None)
             }
