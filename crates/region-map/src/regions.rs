@@ -12,7 +12,7 @@ pub struct Region {
     pub label: u16,
     /// What people call it.
     pub name: Option<String>,
-    /// Area in square metres, free-standing furniture included.
+    /// Area in square metres: the sum of the memberships in "free" times that of a cell. Free-standing furniture is included.
     pub area: f64,
     /// Centre of area; it may lie outside of the region where this is bent.
     pub centroid: Point2<f64>,

@@ -152,3 +152,32 @@ fn options_that_mean_nothing_are_refused() {
         assert!(error.starts_with("option ") && error.contains("must be"), "{error}");
     }
 }
+
+/// A map that a robot built: nothing is quite free and nothing quite a wall.
+#[test]
+fn fuzzy_memberships_serve_as_well_and_say_how_sure_a_gateway_is() {
+    let mut free = draw(&corridor_with_rooms(), 0.1, 0.0);
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(5);
+    for cell in free.cells_mut() {
+        *cell = if *cell > 0.5 { rng.random_range(0.6..0.9) } else { rng.random_range(0.0..0.4) };
+    }
+    let map = regions(&free);
+    assert_eq!(degrees(&map), [1, 1, 1, 1, 1, 1, 6]);
+    for gateway in &map.gateways {
+        assert_abs_diff_eq!(gateway.confidence, 0.75, epsilon = 0.08);
+    }
+    let room = map.regions.iter().find(|region| region.room > 0.9).expect("a room");
+    assert_abs_diff_eq!(room.area, 0.75 * 16.0, epsilon = 0.5); // memberships count
+}
+
+/// Noise is no map, and must not take for ever either.
+#[test]
+fn noise_is_cut_in_bounded_time() {
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(2);
+    for (resolution, share) in [(0.05, 0.5), (0.05, 0.9), (0.2, 0.9), (0.2, 0.97)] {
+        let mut free = draw(&[([0.0, 0.0], [400.0 * resolution, 400.0 * resolution])], resolution, 0.0);
+        free.cells_mut().iter_mut().for_each(|cell| *cell *= f32::from(u8::from(rng.random_bool(share))));
+        let map = regions(&free);
+        assert!(map.regions.len() < 20_000);
+    }
+}
