@@ -102,7 +102,6 @@ fn start_log(verbose: u8, color: bool) {
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Makes Ctrl-C ask instead of kill: the first sets [`interrupted`], the second ends the program at once.
-#[expect(dead_code, reason = "for the commands that can stop in the middle and keep their work")]
 pub(crate) fn catch_interrupts() {
     static CAUGHT: OnceLock<()> = OnceLock::new();
     CAUGHT.get_or_init(|| {
@@ -117,7 +116,6 @@ pub(crate) fn catch_interrupts() {
 }
 
 /// Whether the user pressed Ctrl-C since [`catch_interrupts`].
-#[expect(dead_code, reason = "for the commands that can stop in the middle and keep their work")]
 pub(crate) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }

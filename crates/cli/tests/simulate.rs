@@ -56,7 +56,7 @@ fn what_cannot_be_simulated_is_said_with_a_way_out() {
         command.current_dir(folder.path()).arg("simulate");
         command
     };
-    simulate().arg(&world).assert().code(2).stderr(contains("--waypoints"));
+    simulate().arg(&world).arg("--tour").assert().code(2).stderr(contains("--waypoints"));
     simulate().arg("nowhere").assert().code(2).stderr(contains("office-loop"));
     simulate().arg("none.toml").assert().code(3).stderr(contains("none.toml"));
     simulate().arg("plan.png").assert().code(2).stderr(contains("--resolution"));
@@ -69,4 +69,20 @@ fn what_cannot_be_simulated_is_said_with_a_way_out() {
     std::fs::write(folder.path().join("bad.toml"), "name = 'bad'").unwrap();
     simulate().arg("bad.toml").assert().code(3).stderr(contains("has no wall"));
     assert!(!folder.path().join("room-1.log").exists());
+}
+
+#[test]
+fn a_room_is_explored_to_the_end() {
+    let (folder, world) = room();
+    let out = folder.path().join("explored.log");
+    let mut command = topogrid();
+    command.arg("simulate").arg(&world).args(["--json", "-o"]).arg(&out);
+    let output = command.assert().code(0).get_output().stdout.clone();
+    let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    let explored = &report["exploration"];
+    assert_eq!(explored["complete"], true, "{report}");
+    assert_eq!(explored["predicted_places"], 0, "{report}");
+    assert!((4..30).contains(&explored["places"].as_u64().unwrap()), "{report}"); // 5 × 4 m, a place per metre or so
+    assert!(explored["coverage"].as_f64().unwrap() > 0.9, "{report}");
+    topogrid().arg("inspect").arg(&out).assert().code(0).stdout(contains("healthy"));
 }

@@ -5,6 +5,7 @@ mod config;
 mod coordinates;
 pub mod evaluate;
 mod event;
+mod exploration;
 mod front_end;
 mod laser;
 mod mapper;
@@ -28,6 +29,7 @@ pub use config::{
 };
 pub use coordinates::{Coordinates, Relaxation};
 pub use event::Event;
+pub use exploration::{Ended, Errand, Exploration, ExplorationError};
 pub use front_end::SenseError;
 pub use mapper::{Mapper, MapperError};
 pub use metrics::{

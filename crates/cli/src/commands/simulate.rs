@@ -12,6 +12,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
 
+mod explore;
 mod frames;
 mod waypoints;
 mod world;
@@ -20,7 +21,9 @@ use frames::Frames;
 
 /// A world, a robot, a seed: a log with the truth in it
 ///
-/// Example: topogrid simulate office-loop --seed 7 -o office.log
+/// The robot explores the world until nothing new is left, or drives along given points.
+///
+/// Example: topogrid simulate office-46x12 --seed 7 -o office.log
 #[derive(Debug, Args)]
 #[command(after_help = "Worlds that come along: office-46x12, office-loop, laboratory, flat")]
 pub(crate) struct SimulateArgs {
@@ -42,16 +45,16 @@ pub(crate) struct SimulateArgs {
     /// Drive along the points of a file: `x y` per line, metres in the map frame
     #[arg(long, value_name = "FILE", conflicts_with = "tour")]
     waypoints: Option<PathBuf>,
-    /// Drive along a tour of the world by its name [default: its first]
-    #[arg(long, value_name = "NAME")]
-    tour: Option<String>,
-    /// Metres between two stops at which the sensors fire
+    /// Drive along a tour of the world: the one of that name, or its first
+    #[arg(long, value_name = "NAME", num_args = 0..=1)]
+    tour: Option<Option<String>>,
+    /// Metres between two stops of a tour, at which the sensors fire
     #[arg(long, value_name = "M", value_parser = crate::input::positive, default_value_t = 1.0)]
     stop_every: f64,
-    /// How often the sensors fire at a stop, the turret a little further each time
+    /// How often the sensors fire at a stop of a tour, the turret a little further each time
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
     firings: u16,
-    /// Write pictures for an animation into this folder, one per stop
+    /// Write pictures for an animation into this folder, one per stop or new place
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
     /// Replace files where they exist
@@ -77,6 +80,9 @@ struct Report {
     /// By how much dead reckoning, aligned at the start, is wrong at the end.
     odometry_error_m: f64,
     frames: usize,
+    /// Where the robot explored.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exploration: Option<explore::Explored>,
 }
 
 /// Drives the robot through the world and writes its log.
@@ -88,7 +94,10 @@ pub(crate) fn run(args: &SimulateArgs, context: &Context) -> Result<(), Failure>
         .map_err(|error| Failure::new(Exit::Rejected, "simulate.robot", error.to_string()))?;
     let start = robot.map_from_robot();
     let mut frames = args.frames.as_ref().map(|folder| Frames::new(folder, &world, args.force)).transpose()?;
-    let entries = drive(args, &mut robot, &points, frames.as_mut(), context)?;
+    let (entries, exploration) = match &points {
+        Some(points) => (drive(args, &mut robot, points, frames.as_mut(), context)?, None),
+        None => explore::explore(&mut robot, frames.as_mut(), context).map(|(entries, how)| (entries, Some(how)))?,
+    };
     let out = args.out();
     write_log(args, &out, &robot, &entries)?;
     let scans = entries.iter().filter_map(|entry| match &entry.kind {
@@ -110,8 +119,15 @@ pub(crate) fn run(args: &SimulateArgs, context: &Context) -> Result<(), Failure>
         bumps: robot.bumps(),
         odometry_error_m: (believed.translation.vector - robot.map_from_robot().translation.vector).norm(),
         frames: frames.map_or(0, |frames| frames.count()),
+        exploration,
     };
-    report.tell(context)
+    report.tell(context)?;
+    match report.exploration {
+        Some(explored) if !explored.complete => {
+            Err(Failure::new(Exit::Interrupted, "interrupted", "the exploration was stopped; its log so far is kept"))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl SimulateArgs {
@@ -122,21 +138,22 @@ impl SimulateArgs {
         })
     }
 
-    /// The points to drive along.
-    fn points(&self, world: &World) -> Result<Vec<Point2<f64>>, Failure> {
+    /// The points to drive along; none to explore.
+    fn points(&self, world: &World) -> Result<Option<Vec<Point2<f64>>>, Failure> {
         if let Some(path) = &self.waypoints {
-            return waypoints::read(path);
+            return waypoints::read(path).map(Some);
         }
+        let Some(wanted) = &self.tour else { return Ok(None) };
         let tours = world.tours();
-        let tour = match &self.tour {
+        let tour = match wanted {
             Some(name) => tours.iter().find(|tour| tour.name == *name),
             None => tours.first(),
         };
-        tour.map(|tour| tour.points.clone()).ok_or_else(|| {
+        tour.map(|tour| Some(tour.points.clone())).ok_or_else(|| {
             let names: Vec<String> = tours.iter().map(|tour| format!("`{}`", tour.name)).collect();
             let has =
                 if names.is_empty() { "has no tour".to_owned() } else { format!("has the tours {}", names.join(", ")) };
-            let wanted = self.tour.as_ref().map(|name| format!(", none called `{name}`")).unwrap_or_default();
+            let wanted = wanted.as_ref().map(|name| format!(", none called `{name}`")).unwrap_or_default();
             Failure::new(Exit::Usage, "simulate.tour", format!("the world `{}` {has}{wanted}", world.name()))
                 .help("give the points to drive along with --waypoints FILE")
         })
@@ -216,6 +233,13 @@ impl Report {
             "{}: {} scans, {} readings, {:.0} m in {:.0} s; dead reckoning ends {:.1} m off\n",
             self.log, self.scans, self.readings, self.path_length_m, self.duration_s, self.odometry_error_m
         );
+        if let Some(explored) = &self.exploration {
+            let explore::Explored { places, predicted_places, links, coverage, .. } = explored;
+            text += &format!(
+                "{places} places, {predicted_places} still predicted, {links} links, {:.1} % of the floor covered\n",
+                100.0 * coverage
+            );
+        }
         if self.frames > 0 {
             text += &format!("{} pictures\n", self.frames);
         }
