@@ -7,10 +7,10 @@
 
 use std::error::Error;
 use std::fs;
-use std::time::Instant;
 
 use nalgebra::{Point2, Vector2};
 use relaxation::{Auto, ConjugateGradient, Direct, Multilevel, Network, Solver, Spring, optimum};
+use rustix::time::{ClockId, clock_gettime};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -18,15 +18,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: linear_bench FILE.xy.g2o REPEATS REFERENCE.bin [SOLVER]".into());
     };
     let solver = arguments.get(3).map_or("elimination", String::as_str);
-    let (nodes, springs) = read(&fs::read_to_string(file)?)?;
+    let (nodes, mut springs) = read(&fs::read_to_string(file)?)?;
     let base = peak_mb();
     let (mut build, mut solve) = (Vec::new(), Vec::new());
     let mut positions = Vec::new();
     for _ in 0..repeats.parse::<usize>()? {
-        let copy = springs.clone();
-        let watch = Stopwatch::start();
-        let network = Network::from_vec(nodes, copy)?;
-        let built = watch.ms();
+        let begin = cpu_ms();
+        let network = Network::from_vec(nodes, springs)?;
+        let built = cpu_ms();
         positions = match solver {
             "elimination" => optimum(&network)?,
             "auto" => Auto.solve(&network, &network.dead_reckoning()).positions,
@@ -35,21 +34,23 @@ fn main() -> Result<(), Box<dyn Error>> {
             "gradients" => ConjugateGradient::default().solve(&network, &network.dead_reckoning()).positions,
             other => return Err(format!("unknown solver {other}").into()),
         };
-        build.push(built);
-        solve.push(watch.ms() - built);
+        build.push(built - begin);
+        solve.push(cpu_ms() - built);
+        springs = network.into_springs();
     }
     let mut total: Vec<f64> = build.iter().zip(&solve).map(|(b, s)| b + s).collect();
     let peak = peak_mb();
     let expected: Vec<f64> =
         fs::read(reference)?.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
     let expected: Vec<Point2<f64>> = expected.as_chunks::<2>().0.iter().map(|&[x, y]| Point2::new(x, y)).collect();
-    let network = Network::new(nodes, &springs)?;
+    let edges = springs.len();
+    let network = Network::from_vec(nodes, springs)?;
     let (energy, least) = (network.energy(&positions), network.energy(&expected));
     let off = positions.iter().zip(&expected).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
     println!(
         "{{\"peer\":\"{solver}\",\"file\":\"{file}\",\"n\":{nodes},\"edges\":{},\"build_ms\":{:.4},\"solve_ms\":{:.4},\
          \"total_ms\":{:.4},\"E\":{energy:.15e},\"dE_rel\":{:.3e},\"max_err_m\":{off:.3e},\"base_mb\":{base:.1},\"peak_mb\":{peak:.1}}}",
-        springs.len(),
+        edges,
         median(&mut build),
         median(&mut solve),
         median(&mut total),
@@ -87,28 +88,11 @@ fn read(text: &str) -> Result<(usize, Vec<Spring>), Box<dyn Error>> {
     Ok((nodes, springs))
 }
 
-/// Milliseconds since `self` was made: on the clock where they are few, of CPU time where they are many.
-///
-/// CPU time (`/proc/self/schedstat`) does not count other programs' share of the processor, but ticks in milliseconds.
-struct Stopwatch {
-    clock: Instant,
-    cpu_ms: f64,
-}
-
-impl Stopwatch {
-    fn start() -> Self {
-        Self { clock: Instant::now(), cpu_ms: cpu_ms() }
-    }
-
-    fn ms(&self) -> f64 {
-        let clock = self.clock.elapsed().as_secs_f64() * 1e3;
-        if clock < 20.0 { clock } else { (cpu_ms() - self.cpu_ms).min(clock) }
-    }
-}
-
+/// CPU time of this process in milliseconds: other programs' share of the processor does not count.
+#[expect(clippy::cast_precision_loss, reason = "a time")]
 fn cpu_ms() -> f64 {
-    let text = fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).map_or(f64::INFINITY, |ns| ns * 1e-6)
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
 
 /// The largest resident set so far, in MiB.

@@ -173,6 +173,12 @@ impl Network {
         &self.springs
     }
 
+    /// The springs back, without copying them if no other network shares them.
+    #[must_use]
+    pub fn into_springs(self) -> Vec<Spring> {
+        Arc::try_unwrap(self.springs).unwrap_or_else(|shared| shared.to_vec())
+    }
+
     /// The factor on the information of one spring: 1 unless [`reweighted`](Self::reweighted).
     #[must_use]
     pub fn weight(&self, spring: usize) -> f64 {
