@@ -61,7 +61,7 @@ impl<const WIDTH: usize> Factor<WIDTH> {
     pub(crate) fn compute<C: Compliance>(&mut self, graph: &Graph<C>) {
         let total = self.value_start[self.symbolic.supernodes.len()];
         self.values = vec![0.0; total];
-        pulp::Arch::new().dispatch(|| self.eliminate(graph));
+        pulp::Arch::new().dispatch(Compute { factor: self, graph });
     }
 
     /// The number of unknowns.
@@ -271,6 +271,21 @@ impl<const WIDTH: usize> Factor<WIDTH> {
             }
         }
         z
+    }
+}
+
+/// The factorisation as a task that is compiled for each set of vector instructions.
+struct Compute<'a, C, const WIDTH: usize> {
+    factor: &'a mut Factor<WIDTH>,
+    graph: &'a Graph<C>,
+}
+
+impl<C: Compliance, const WIDTH: usize> pulp::WithSimd for Compute<'_, C, WIDTH> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.factor.eliminate(self.graph);
     }
 }
 
