@@ -6,7 +6,7 @@
 //!
 //! `FILE` holds one scan per line: `x y heading range…`, metres and radians. A sonar has one beam of 25 degrees and 6 m;
 //! a laser looks over 180 degrees and sees up to 50 m.
-//! Times are those of the one thread on its processor; with the feature `parallel`, by the wall.
+//! The time is the mean of the one thread on its processor; with the feature `parallel`, by the wall.
 //! Writes `OUT.pgm` (grey `254 (1 − p)`, 205 unknown; for sonar the 450 × 350 cells from the origin) and `OUT.png`
 //! (empty, occupied, contradictory and unexplored told apart), and prints one line of JSON.
 
@@ -36,18 +36,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(other) => return Err(format!("no such calculus: {other}").into()),
     };
     let options = GridOptions { resolution: if sonar { 0.1 } else { 0.05 }, calculus, ..GridOptions::default() };
-    let (mut times, mut map) = (Vec::new(), None);
-    for _ in 0..repeats.parse::<usize>()?.max(1) {
-        let start = Clock::start();
+    let (repeats, mut map) = (repeats.parse::<usize>()?.max(1), None);
+    let clock = Clock::start();
+    for _ in 0..repeats {
         let built = assemble(scans.iter().map(|(pose, scan)| (pose, scan)), &options)?;
         built.settle();
         map = Some(built);
-        times.push(start.milliseconds());
     }
-    times.sort_by(f64::total_cmp);
+    let ms = clock.milliseconds() / to_f64(repeats);
     let map = map.ok_or("nothing was built")?;
     let readings: usize = scans.iter().map(|(_, scan)| scan.readings().len()).sum();
-    let (ms, per) = (times[times.len() / 2], times[times.len() / 2] * 1e6 / to_f64(readings));
+    let per = ms * 1e6 / to_f64(readings);
     println!("{{\"kind\":\"{kind}\",\"readings\":{readings},\"ms\":{ms:.3},\"ns_per_reading\":{per:.1}}}");
     write_gray(&map, sonar, &format!("{out}.pgm"))?;
     write_picture(&map.to_grid()?, std::fs::File::create(format!("{out}.png"))?)?;

@@ -1,7 +1,7 @@
 use nalgebra::Isometry2;
 
 /// Rows that are worked out at once.
-pub(crate) const CHUNK: usize = 32;
+pub(crate) const CHUNK: usize = 16;
 
 /// A sonar's cone over the cells of a plane; lengths in cells, relative to the cell that holds the apex.
 ///
@@ -90,7 +90,7 @@ impl Cone {
         let (square, start) = (radius * radius.abs(), self.northing(row));
         let mut spans = [(0, 0); CHUNK];
         for (k, span) in spans.iter_mut().enumerate() {
-            #[expect(clippy::cast_precision_loss, reason = "below 32")]
+            #[expect(clippy::cast_precision_loss, reason = "below 16")]
             let dy = start + k as f32;
             let left = square - dy * dy;
             let half = larger(left, 0.0).sqrt();

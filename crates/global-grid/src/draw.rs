@@ -31,6 +31,8 @@ pub(crate) struct Pen {
     /// What a reading of a [`SharedEcho`](crate::SharedEcho) sonar, or of a laser, adds where it says most.
     sonar: Step,
     laser: Step,
+    /// Kept from sonar to sonar, for empty evidence only.
+    swept: Window,
     window: Window,
     points: Window,
     fan_pen: FanPen,
@@ -45,7 +47,21 @@ impl Pen {
         let (empty, occupied) = (options.laser.empty, options.laser.occupied);
         let laser = Step { empty: most(options, empty, 0.0).empty, occupied: most(options, 0.0, occupied).occupied };
         let window = Window::default();
-        Self { sonar, laser, window, points: Window::default(), fan_pen: FanPen::default(), known: None, fan: None }
+        Self {
+            sonar,
+            laser,
+            swept: Window::default(),
+            window,
+            points: Window::default(),
+            fan_pen: FanPen::default(),
+            known: None,
+            fan: None,
+        }
+    }
+
+    /// Forgets where tiles are kept, after some were released.
+    pub(crate) fn forget_tiles(&mut self) {
+        self.swept = Window::default();
     }
 
     /// Draws one scan.
@@ -60,7 +76,7 @@ impl Pen {
         match (scan.sensor().kind(), &options.sonar) {
             (SensorKind::Sonar, SonarModel::Shared(model)) => {
                 let units = direction.of(self.sonar.empty);
-                sweep(&mut sums.empty, &mut self.window, (model, options.resolution), posed, units);
+                sweep(&mut sums.empty, &mut self.swept, (model, options.resolution), posed, units);
             }
             (SensorKind::Sonar, SonarModel::Cone(model)) => self.each(sums, options, model, posed, direction),
             (SensorKind::Sonar, SonarModel::Regions(model)) => self.each(sums, options, model, posed, direction),

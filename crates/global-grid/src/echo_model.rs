@@ -54,7 +54,7 @@ impl Default for SharedEcho {
         Self {
             empty: 0.15,
             margin: 0.02,
-            depth: 0.12,
+            depth: 0.1,
             occupied: 0.6,
             echo: 3.0,
             doubt: 0.3,

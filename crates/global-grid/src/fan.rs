@@ -69,7 +69,10 @@ fn unit(bearing: f64) -> [f32; 2] {
 pub(crate) struct FanPen {
     corners: Vec<[f32; 2]>,
     echoes: Vec<[f32; 2]>,
+    /// Row by row and tile by tile, how much more of the inside goes on into the tile; all zeros between scans.
     carries: Vec<i32>,
+    /// Row by row, the first and the last tile that the outline crosses.
+    crossed: Vec<(usize, usize)>,
 }
 
 /// What one scan adds to the cells that it clears and to those that it hits, in units (wrapping).
@@ -139,8 +142,10 @@ impl FanPen {
         }
         window.open((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
         let columns = window.columns() + 1;
-        self.carries.clear();
-        self.carries.resize(usize::try_from(high[1] - low[1] + 1).unwrap_or(0) * columns, 0);
+        let rows = index(high[1] - low[1] + 1);
+        self.carries.resize(self.carries.len().max(rows * columns), 0);
+        self.crossed.clear();
+        self.crossed.resize(rows, (usize::MAX, 0));
         let mut from = self.corners[self.corners.len() - 1];
         for &to in &self.corners {
             let (first, last) = (nearest(from[1]), nearest(to[1]));
@@ -155,7 +160,10 @@ impl FanPen {
                     let slot = window.slot(plane, cell.0 + row, tile_column);
                     let sum = &mut plane.tile_mut(slot)[place(cell.0 + row, column)];
                     *sum = sum.wrapping_add(units);
-                    self.carries[index(row - low[1]) * columns + tile_column + 1] += sign;
+                    let line = index(row - low[1]);
+                    self.carries[line * columns + tile_column + 1] += sign;
+                    let crossed = &mut self.crossed[line];
+                    *crossed = (crossed.0.min(tile_column), crossed.1.max(tile_column));
                 }
             }
             from = to;
@@ -164,17 +172,18 @@ impl FanPen {
     }
 
     /// Goes on in the tiles to the right of those in which the inside begins.
-    fn carry_over(&self, plane: &mut Plane, window: &mut Window, (first, columns): (i32, usize), units: u32) {
-        for (row, carries) in (first..).zip(self.carries.chunks_exact(columns)) {
+    fn carry_over(&mut self, plane: &mut Plane, window: &mut Window, (first, columns): (i32, usize), units: u32) {
+        let rows = (first..).zip(self.carries.chunks_exact_mut(columns)).zip(&self.crossed);
+        for ((row, carries), &(left, right)) in rows.filter(|(_, crossed)| crossed.0 <= crossed.1) {
             let mut inside = 0i32;
-            for (tile_column, carry) in carries[..columns - 1].iter().enumerate() {
-                inside += carry;
+            for (tile_column, carry) in carries.iter_mut().enumerate().take(right + 1).skip(left) {
+                inside += std::mem::take(carry);
                 if inside != 0 {
-                    let slot = window.slot(plane, row, tile_column);
-                    let sum = &mut plane.tile_mut(slot)[place(row, 0)];
+                    let sum = &mut window.tile(plane, row, tile_column)[place(row, 0)];
                     *sum = sum.wrapping_add(units.wrapping_mul(inside.cast_unsigned()));
                 }
             }
+            carries[right + 1] = 0; // what ends there ends
         }
     }
 

@@ -1,4 +1,4 @@
-//! One gridmap in the map frame from poses and scans: fuzzy, Bayesian and Dempster-Shafer.
+#![doc = include_str!("../README.md")]
 
 mod assemble;
 mod calculus;
@@ -11,6 +11,7 @@ mod fan;
 pub mod layers;
 mod map;
 pub mod map_server;
+mod moravec_elfes;
 mod occupancy;
 mod options;
 mod picture;
@@ -27,6 +28,7 @@ pub use calculus::Calculus;
 pub use derived::{Derived, Norm, derive, derived};
 pub use echo_model::SharedEcho;
 pub use map::GridMap;
+pub use moravec_elfes::{MoravecElfesOptions, moravec_elfes};
 pub use occupancy::{CellCounts, CrispOptions, Occupancy, count_cells, occupancy};
 pub use options::{GridError, GridOptions, SonarModel};
 pub use picture::{PictureError, write_path, write_picture, write_side_by_side};

@@ -144,6 +144,7 @@ impl GridMap {
         }
         self.echoes.take();
         self.sums.release_blank();
+        self.pen.forget_tiles();
         scans.len()
     }
 

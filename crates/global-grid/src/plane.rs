@@ -7,6 +7,8 @@ pub(crate) const TILE: usize = 64;
 pub(crate) const SHIFT: u32 = TILE.trailing_zeros();
 /// Cells of a tile.
 pub(crate) const TILE_CELLS: usize = TILE * TILE;
+/// Tiles on a side up to which a window grows.
+const NEAR: i64 = 12;
 /// Marks a tile of a [`Window`] that has not been looked up.
 const UNKNOWN_SLOT: u32 = u32::MAX;
 
@@ -101,6 +103,28 @@ impl Window {
         self.slots.resize(extent(self.low.0, high.0 >> SHIFT) * self.columns, UNKNOWN_SLOT);
     }
 
+    /// As [`Window::open`], but keeps what was looked up where the new tiles lie near the old ones.
+    ///
+    /// Only for a window of one plane, whose tiles were not released meanwhile.
+    pub(crate) fn open_near(&mut self, low: (i32, i32), high: (i32, i32)) {
+        let (from, to) = ((low.0 >> SHIFT, low.1 >> SHIFT), (high.0 >> SHIFT, high.1 >> SHIFT));
+        let rows = self.slots.len().checked_div(self.columns).unwrap_or(0);
+        let end = (self.low.0.saturating_add(whole(rows)), self.low.1.saturating_add(whole(self.columns)));
+        if from.0 >= self.low.0 && from.1 >= self.low.1 && to.0 < end.0 && to.1 < end.1 {
+            return;
+        }
+        let from = (from.0.min(self.low.0), from.1.min(self.low.1));
+        let to = (to.0.max(end.0 - 1), to.1.max(end.1 - 1));
+        let near = self.columns > 0
+            && i64::from(to.0) - i64::from(from.0) < NEAR
+            && i64::from(to.1) - i64::from(from.1) < NEAR;
+        if near {
+            self.open((from.0 << SHIFT, from.1 << SHIFT), (to.0 << SHIFT, to.1 << SHIFT));
+        } else {
+            self.open(low, high);
+        }
+    }
+
     /// How many tiles stand side by side.
     pub(crate) fn columns(&self) -> usize {
         self.columns
@@ -164,6 +188,10 @@ impl Window {
             tile[place(row, 0)] = tile[place(row, 0)].wrapping_add(units);
         }
     }
+}
+
+fn whole(count: usize) -> i32 {
+    i32::try_from(count).expect("a window is a few hundred tiles wide")
 }
 
 /// The number of steps from `low` to `high`, both counted.

@@ -53,7 +53,14 @@ pub(crate) fn share_echoes(
 
 /// Shares one echo out.
 fn share(model: &SharedEcho, arc: &[(u32, f32)], pull: &[f32], occupied: &mut [u32]) {
-    let total: f32 = arc.iter().map(|&(cell, weight)| weight * pull[cell as usize]).sum();
+    // Four sums at a time, because each addition waits for the one before.
+    let mut totals = [0.0f32; 4];
+    for cells in arc.chunks(4) {
+        for (total, &(cell, weight)) in totals.iter_mut().zip(cells) {
+            *total += weight * pull[cell as usize];
+        }
+    }
+    let total = (totals[0] + totals[1]) + (totals[2] + totals[3]);
     let each = round_of(model.echo) / (total + single(model.doubt));
     for &(cell, weight) in arc {
         add(occupied, cell, weight * pull[cell as usize] * each);

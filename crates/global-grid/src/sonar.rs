@@ -127,7 +127,7 @@ fn open(window: &mut Window, cone: &Cone, radius: f32) -> (i32, i32) {
     let rows = cone.rows(radius);
     let columns = cone.columns(radius);
     let (row, column) = cone.cell;
-    window.open((row + rows.0, column + columns.0), (row + rows.1, column + columns.1));
+    window.open_near((row + rows.0, column + columns.0), (row + rows.1, column + columns.1));
     rows
 }
 
