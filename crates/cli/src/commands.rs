@@ -11,6 +11,7 @@ pub(crate) mod grid;
 pub(crate) mod inspect;
 pub(crate) mod plan;
 pub(crate) mod regions;
+pub(crate) mod relax;
 pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod simulate;
@@ -24,6 +25,7 @@ pub(crate) enum Command {
     Inspect(inspect::InspectArgs),
     Convert(convert::ConvertArgs),
     Grid(grid::GridArgs),
+    Relax(relax::RelaxArgs),
     Plan(plan::PlanArgs),
     Compare(compare::CompareArgs),
     Evaluate(evaluate::EvaluateArgs),
@@ -41,6 +43,7 @@ impl Command {
             Self::Inspect(args) => inspect::run(args, context),
             Self::Convert(args) => convert::run(args, context),
             Self::Grid(args) => grid::run(args, context),
+            Self::Relax(args) => relax::run(args, context),
             Self::Plan(args) => plan::run(args, context),
             Self::Compare(args) => compare::run(args, context),
             Self::Evaluate(args) => evaluate::run(args, context),

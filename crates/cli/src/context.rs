@@ -52,7 +52,6 @@ impl Context {
     }
 
     /// Tells the user something that is no result, unless the user wants silence.
-    #[expect(dead_code, reason = "for the commands that follow")]
     pub(crate) fn say(&self, text: &str) {
         if !self.quiet {
             self.progress.line(text);

@@ -4,6 +4,7 @@
 //! and analysed once ([`Symbolic`]) and serves every factorisation of every stage and every iteration; only numbers change.
 //! The factorisation is multifrontal (Duff & Reid 1983): dense fronts of a few nodes each, added up along the elimination tree.
 
+mod inverse;
 mod kernel;
 mod numeric;
 mod symbolic;

@@ -33,7 +33,7 @@ use crate::pose::Pose;
 
 pub use build::{BuildError, PointProblem, PoseProblem};
 pub use read::{ParseError, read};
-pub use write::{WriteError, write, write_gzip, write_toro};
+pub use write::{WriteError, write, write_gzip, write_toro, write_toro_gzip};
 
 /// What a file holds, in the order it was written, with the numbers as they stand there.
 #[derive(Debug, Clone, PartialEq, Default)]

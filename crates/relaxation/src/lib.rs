@@ -50,7 +50,9 @@ pub use multilevel::Multilevel;
 pub use network::{Anchor, Network, NetworkError};
 pub use node_variances::{NodeVariances, sweep_with_variances};
 pub use pose::{Pose, wrap};
-pub use pose_graph::{PoseGraph, PoseGraphError, PoseOptions, PoseSpring, RelaxedPoses, descend, relax_poses};
+pub use pose_graph::{
+    PoseGraph, PoseGraphError, PoseOptions, PoseSpring, RelaxedPoses, descend, pose_covariances, relax_poses,
+};
 pub use robust::{
     Kernel, RobustError, RobustMethod, RobustOptions, RobustPoses, RobustPositions, consistent_closures,
     relax_poses_robustly, relax_robustly,

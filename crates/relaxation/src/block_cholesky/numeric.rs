@@ -43,6 +43,20 @@ impl BlockCholesky {
         }
     }
 
+    pub(super) fn symbolic(&self) -> &Symbolic {
+        &self.symbolic
+    }
+
+    pub(super) fn block(&self) -> usize {
+        self.block
+    }
+
+    /// The panel of a supernode: its height times its columns, in numbers.
+    pub(super) fn panel(&self, s: usize) -> &[f64] {
+        let (node, square) = (&self.symbolic.supernodes[s], self.block * self.block);
+        &self.panels[node.panel * square..][..node.columns * node.height() * square]
+    }
+
     /// Makes it the zero matrix again.
     pub(crate) fn clear(&mut self) {
         self.panels.fill(0.0);
@@ -285,6 +299,13 @@ mod tests {
             let mut x = right.as_slice().to_vec();
             sparse.solve(&mut x);
             assert_relative_eq!(DVector::from_vec(x), expected, epsilon = 1e-12, max_relative = 1e-9);
+            let inverse = dense.clone().try_inverse().unwrap();
+            for (node, block) in sparse.inverse_blocks().chunks_exact(B * B).enumerate() {
+                for (k, entry) in block.iter().enumerate() {
+                    let (row, column) = (node * B + k / B, node * B + k % B);
+                    assert_relative_eq!(*entry, inverse[(row, column)], epsilon = 1e-12, max_relative = 1e-9);
+                }
+            }
         }
     }
 

@@ -79,6 +79,17 @@ pub fn write_toro(graph: &Graph, out: &mut impl Write) -> Result<(), WriteError>
     Ok(())
 }
 
+/// Writes the poses of `graph` in TORO syntax, compressed with gzip.
+///
+/// # Errors
+/// As [`write_toro`].
+pub fn write_toro_gzip(graph: &Graph, out: &mut impl Write) -> Result<(), WriteError> {
+    let mut encoder = GzEncoder::new(io::BufWriter::new(out), Compression::default());
+    write_toro(graph, &mut encoder)?;
+    encoder.finish()?.flush()?;
+    Ok(())
+}
+
 fn pose_edge(out: &mut impl Write, tag: &str, edge: &PoseEdge, information: [f64; 6]) -> io::Result<()> {
     let [a, b, c, d, e, f] = information;
     let z = edge.from_to;
