@@ -7,6 +7,7 @@ mod gridmaps;
 mod inspect;
 mod manners;
 mod regions;
+mod relax;
 mod run;
 mod simulate;
 
