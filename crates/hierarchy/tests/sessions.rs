@@ -68,3 +68,24 @@ fn what_is_no_session_is_refused_by_its_fault() {
     huge[6..14].copy_from_slice(&u64::MAX.to_le_bytes());
     assert!(matches!(load(&huge), SessionError::TooLarge { .. }));
 }
+
+#[test]
+fn sessions_of_every_version_are_read_for_ever() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/sessions/v1.hmap");
+    let mapper = Mapper::load(&mut std::fs::File::open(path).unwrap()).unwrap();
+    let again = map_prefix(300);
+    assert_eq!(mapper.topology().n_visited(), again.topology().n_visited());
+    let apart = |(a, b): (&nalgebra::Isometry2<f64>, &nalgebra::Isometry2<f64>)| {
+        (a.translation.vector - b.translation.vector).norm()
+    };
+    assert!(mapper.poses().iter().zip(&again.poses()).map(apart).all(|apart| apart < 1e-9));
+}
+
+/// The map of the first entries of the shipped log, not yet finished.
+fn map_prefix(entries: usize) -> Mapper {
+    let mut mapper = Mapper::new(Config::default()).unwrap();
+    for entry in &office_loop()[..entries] {
+        mapper.push(entry).unwrap();
+    }
+    mapper
+}
