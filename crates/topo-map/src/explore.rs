@@ -113,9 +113,9 @@ impl Default for ExplorerOptions {
 /// # It ends
 ///
 /// Every travel resolves the predicted link it set out for, at the second try at the latest (it becomes traveled, blocked
-/// or rejected, and nothing makes a link predicted again), or blocks a traveled link on the way there, which is opened again at most
-/// [`ExplorerOptions::retries`] times. A place is given predicted links only in directions
-/// that are [`ExplorerOptions::link_separation`] from all its links, so at most `2π / separation` in its life, and
+/// or rejected, and nothing makes a link predicted again), or blocks a traveled link on the way there, which is opened
+/// again at most [`ExplorerOptions::retries`] times. From a place something is predicted only in directions that are
+/// [`ExplorerOptions::link_separation`] from all that were predicted from it before, so at most `2π / separation` times, and
 /// there are at most [`ExplorerOptions::max_places`] places. A single hop ends, because its length driven is bounded.
 #[derive(Debug)]
 pub struct Explorer {
@@ -129,6 +129,8 @@ pub struct Explorer {
     phase: Phase,
     rose: RangeRose,
     surveys: u32,
+    /// The directions in which something was predicted, for each place.
+    asked: BTreeMap<PlaceId, Vec<Heading>>,
     /// How many times the robot was stopped on each predicted link, or a traveled one was opened again.
     tried: BTreeMap<LinkId, u32>,
     /// The journey at whose end the survey is made.
@@ -220,6 +222,7 @@ impl Explorer {
             phase: Phase::Surveying { fired: 0, turned: false },
             rose: RangeRose::new(Point2::origin()),
             surveys: 0,
+            asked: BTreeMap::new(),
             tried: BTreeMap::new(),
             pending: None,
             changes: Vec::new(),

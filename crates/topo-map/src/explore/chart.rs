@@ -5,6 +5,8 @@ use super::travel::{Hop, Travel};
 use super::{Change, ExploreError, Explorer, Here, Obstacles, Phase};
 use crate::{Central, Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, PlaceState, TopoMap};
 
+/// From this share of the spacing on, a spot is surely none of the charted places.
+const SEPARATE: f64 = 0.75;
 /// By how many metres a link is put off on which the robot was stopped.
 const SECOND_TRY: f64 = 20.0;
 
@@ -25,18 +27,22 @@ impl Explorer {
         for opening in openings {
             let spot = self.rose.center() + opening.toward.unit_vector() * self.options.spacing;
             let toward: Vector2<f64> = spot - here.center;
-            if self.leads_there(map, here.place, Heading::of(toward)) {
-                continue;
-            }
             let variance = self.options.predicted_sigma.powi(2);
             let nearest = nearest(&known, here.place, at, toward);
             let distance = nearest.map_or(f64::INFINITY, |(_, _, distance)| distance);
+            let heading = Heading::of(toward);
+            // A link may pass close by a door that leads to where nobody has been.
+            let charted = distance < SEPARATE * self.options.spacing && self.leads_there(map, here.place, heading);
+            if charted || self.asked(here.place, heading) {
+                continue;
+            }
             match (opening.central, nearest) {
                 (Central::Middle, Some((place, toward, distance))) if distance < self.options.suppression => {
                     if !self.is_redundant(map, here.place, place, toward.norm()) {
                         let displacement = Displacement::isotropic(toward, variance);
                         let link = map.add_link(here.place, place, displacement, LinkOrigin::Predicted)?;
                         self.changes.push(Change::LinkPredicted(link));
+                        self.asked.entry(here.place).or_default().push(heading);
                     }
                 }
                 (Central::Beside, _) if distance < 0.9 * self.options.spacing => {} // near enough to be seen from there
@@ -44,6 +50,7 @@ impl Explorer {
                     let displacement = Displacement::isotropic(toward, variance);
                     let (place, _) = map.predict_place(here.place, displacement, opening.confidence)?;
                     known.push((place, at + toward));
+                    self.asked.entry(here.place).or_default().push(heading);
                     self.changes.push(Change::PlacePredicted(place));
                 }
             }
@@ -51,7 +58,13 @@ impl Explorer {
         Ok(())
     }
 
-    /// Whether a link of a place leads into a direction already, in whatever state: what was tried is not tried again.
+    /// Whether something was predicted from a place in about this direction before: what was tried is not tried again.
+    fn asked(&self, place: PlaceId, toward: Heading) -> bool {
+        let near = |asked: &Heading| (*asked - toward).abs() < self.options.link_separation;
+        self.asked.get(&place).is_some_and(|asked| asked.iter().any(near))
+    }
+
+    /// Whether a link of a place leads into a direction already, in whatever state.
     fn leads_there<S>(&self, map: &TopoMap<S>, place: PlaceId, toward: Heading) -> bool {
         map.links_of(place).filter(|link| link.state != LinkState::Rejected).any(|link| {
             let heading = Heading::of(link.displacement_from(place).vector);
