@@ -5,6 +5,12 @@ fn robot(name: &str) -> RobotDescription {
     RobotDescription::builtin(name).unwrap()
 }
 
+/// All robots that are shipped, read once.
+fn robots() -> &'static [RobotDescription] {
+    static ROBOTS: std::sync::OnceLock<Vec<RobotDescription>> = std::sync::OnceLock::new();
+    ROBOTS.get_or_init(|| RobotDescription::builtin_names().map(robot).collect())
+}
+
 fn read(file: &str, text: &str, name: &str) -> Result<Vec<Entry>, robot_log::LogError> {
     CsvReader::new(file, text.as_bytes(), &robot(name), false)?.collect()
 }
@@ -112,9 +118,9 @@ proptest! {
         separator in prop_oneof![Just(" "), Just(","), Just(";")],
     ) {
         let text = rows.iter().map(|row| row.join(separator)).collect::<Vec<_>>().join("\n");
-        for name in RobotDescription::builtin_names() {
+        for robot in robots() {
             for file in ["run_od", "run_sonar", "x.cnt", "x.scn"] {
-                if let Ok(log) = CsvReader::new(file, text.as_bytes(), &robot(name), true) {
+                if let Ok(log) = CsvReader::new(file, text.as_bytes(), robot, true) {
                     prop_assert!(log.flatten().all(|entry| entry.stamp.is_finite()));
                 }
             }

@@ -160,6 +160,7 @@ fn mismatch(
     let mut distances: Vec<f64> = second
         .0
         .echo_points()
+        .step_by(4)
         .map(|point| {
             let point = (first_from_second * robot_log::local_grid::nalgebra::Point2::from(point)).coords;
             points.iter().map(|other| (other - point).norm()).fold(f64::MAX, f64::min)
