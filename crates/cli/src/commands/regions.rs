@@ -34,6 +34,9 @@ pub(crate) struct RegionsArgs {
     /// Metres per pixel of a picture
     #[arg(long, value_name = "M", value_parser = crate::input::positive)]
     resolution: Option<f64>,
+    /// Free-standing obstacles up to this many metres across are furniture; less for sonar maps, where jambs of doors stand free
+    #[arg(long, value_name = "M", default_value_t = Options::default().furniture)]
+    furniture: f64,
     /// Give a region a name; may be repeated
     #[arg(long = "name", value_name = "LABEL=NAME", value_parser = names::parse)]
     names: Vec<(u16, String)>,
@@ -58,9 +61,10 @@ struct Found<'a> {
 /// Finds the regions.
 pub(crate) fn run(args: &RegionsArgs, context: &Context) -> Result<(), Failure> {
     let floor = Floor::open(&args.map, args.resolution)?;
+    let options = Options { furniture: args.furniture, ..Options::default() };
     let mut map = match &floor.unknown {
-        Some(unknown) => region_map::segment_explored(&floor.free, unknown, &Options::default()),
-        None => region_map::segment(&floor.free, &Options::default()),
+        Some(unknown) => region_map::segment_explored(&floor.free, unknown, &options),
+        None => region_map::segment(&floor.free, &options),
     }
     .map_err(|error| Failure::rejected(&args.map, "regions.map", &error))?;
     if map.regions.is_empty() {
