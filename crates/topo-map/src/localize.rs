@@ -311,6 +311,7 @@ impl Localizer {
     ///
     /// A place that was not visited or is listed twice, a ratio below 0, anything not finite.
     pub fn update<S>(&mut self, map: &TopoMap<S>, likelihoods: &[PlaceLikelihood]) -> Result<(), LocalizeError> {
+        let _span = tracing::debug_span!("recognize", compared = likelihoods.len()).entered();
         check_likelihoods(map, likelihoods)?;
         let kept = self.belief.hypotheses.len();
         let others = map.n_visited().saturating_sub(kept).max(1);

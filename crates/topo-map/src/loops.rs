@@ -119,6 +119,7 @@ impl LoopPool {
     ///
     /// Nothing decided means that it waits for others to agree.
     pub fn push(&mut self, candidate: LoopCandidate, path: &PathTree) -> Vec<Closure> {
+        let _span = tracing::debug_span!("loop_test", pending = self.pending.len()).entered();
         let refused = |residual, reason| vec![Closure::rejected(candidate, residual, reason)];
         if candidate.from == candidate.to || candidate.displacement.check().is_err() {
             return refused(f64::NAN, Reason::NoMeasurement);

@@ -112,6 +112,7 @@ pub fn train(
     let mut epochs = 0;
     while epochs < options.epochs && epochs - best_epoch <= options.patience {
         epochs += 1;
+        tracing::trace!(epochs, best_loss);
         shuffle(&mut order, rng);
         for batch in order.chunks(options.batch.max(1)) {
             let gradient = weighted_gradient(&network, batch.iter().map(|&index| &samples[index]), weights);
