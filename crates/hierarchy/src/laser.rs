@@ -1,6 +1,7 @@
-use nalgebra::{Isometry2, Matrix3};
+use nalgebra::{Isometry2, Matrix3, UnitComplex};
 use robot_log::local_grid::{
-    LocalMap, LocalMapError, LocalMapOptions, Match, Prior, Scan, TrackOptions, echoes, track,
+    LocalMap, LocalMapError, LocalMapOptions, Match, Prior, Scan, StructureOptions, TrackOptions, WallCompass,
+    WallCompassOptions, echoes, track, wall_direction_of_echoes,
 };
 
 /// Follows the robot by a precise sensor: each scan slides into the map of the scans before it.
@@ -8,6 +9,8 @@ use robot_log::local_grid::{
 pub(crate) struct LaserTrack {
     map: LocalMap,
     options: TrackOptions,
+    /// The directions in which the building's walls run: they hold the heading where scans alone would let it creep.
+    walls: WallCompass,
     /// Where the last scan was matched.
     last: Option<Isometry2<f64>>,
     /// Where the last scan was drawn.
@@ -20,7 +23,8 @@ const DRAW_EVERY: f64 = 0.1;
 impl LaserTrack {
     pub(crate) fn new() -> Self {
         let map = LocalMap::new(LocalMapOptions::default()).expect("the default options describe a map");
-        Self { map, options: TrackOptions::default(), last: None, drawn: None }
+        let walls = WallCompass::new(WallCompassOptions::default());
+        Self { map, options: TrackOptions::default(), walls, last: None, drawn: None }
     }
 
     /// The map that some scans have left behind, each drawn where it was taken.
@@ -37,10 +41,15 @@ impl LaserTrack {
 
     /// Fits a scan near the pose that odometry predicts and draws it; `None` for the first one, which defines the frame.
     pub(crate) fn follow(&mut self, predicted: &Isometry2<f64>, scan: &Scan) -> Result<Option<Match>, LocalMapError> {
-        let found = self.last.map(|last| {
-            let echoes = echoes(scan, self.map.options().max_range);
-            track(&self.map, &echoes, &trusted(predicted, &last), &self.options)
-        });
+        let echoes = echoes(scan, self.map.options().max_range);
+        let fit = |last| track(&self.map, &echoes, &trusted(predicted, &last), &self.options);
+        let mut found = self.last.map(fit);
+        if let Some(found) = &mut found
+            && let Some(seen) = wall_direction_of_echoes(&echoes, &StructureOptions::default())
+        {
+            let pose = &mut found.map_from_robot;
+            pose.rotation *= UnitComplex::new(self.walls.sight(&seen, pose.rotation.angle()));
+        }
         let pose = found.as_ref().map_or(*predicted, |found| found.map_from_robot);
         self.last = Some(pose);
         self.draw(pose, scan)?;
