@@ -6,6 +6,7 @@ use nalgebra::Isometry2;
 use crate::commands::run::Finished;
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::map_folder;
 use crate::render::topology;
 use crate::run_folder::RunFolder;
 
@@ -14,9 +15,6 @@ pub(crate) fn write(folder: &mut RunFolder, finished: &Finished) -> Result<(), F
     let Finished { mapper, gridmap, regions, .. } = finished;
     write_map(folder, finished)?;
     let atlas = mapper.atlas().map_err(|error| Failure::new(Exit::Failed, "map", error.to_string()))?;
-    folder.write("map.png", "the gridmap to look at: empty, occupied, contradictory, unexplored", |out| {
-        global_grid::write_picture(gridmap, out).map_err(io::Error::other)
-    })?;
     folder.write("topology.svg", "the topological map before and after relaxation", |out| {
         out.write_all(topology::before_and_after(&atlas).as_bytes())
     })?;
@@ -49,16 +47,13 @@ pub(crate) fn write(folder: &mut RunFolder, finished: &Finished) -> Result<(), F
         .write("config.toml", "the effective configuration", |out| out.write_all(mapper.config().to_toml().as_bytes()))
 }
 
-/// The pair of files that a map server reads, checked by reading them back.
+/// The gridmap for a map server, for people, and in layers without loss; what the map server will read is read back.
 fn write_map(folder: &mut RunFolder, finished: &Finished) -> Result<(), Failure> {
-    let crisp = global_grid::occupancy(&finished.gridmap, &global_grid::CrispOptions::default());
-    folder.write("map.pgm", "the gridmap for a map server", |mut out| {
-        global_grid::map_server::write_pgm(&crisp, &mut out)
-    })?;
-    let metadata = global_grid::map_server::MapMetadata::new("map.pgm", crisp.frame());
-    folder.write("map.yaml", "its frame and thresholds", |mut out| {
-        global_grid::map_server::write_yaml(&metadata, &mut out)
-    })
+    map_folder::write(folder.path(), &finished.gridmap, true)?;
+    folder.note("map.yaml", "the gridmap for a map server, with map.pgm");
+    folder.note("map.png", "the gridmap to look at: empty, occupied, contradictory, unexplored");
+    folder.note("layers", "empty, occupied and what follows from them, 16 bit, with a legend");
+    Ok(())
 }
 
 /// A trajectory as `stamp x y z qx qy qz qw`, seconds and metres.

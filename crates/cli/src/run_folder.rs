@@ -44,6 +44,11 @@ impl RunFolder {
         &self.written
     }
 
+    /// Remembers what a file holds that was written already.
+    pub(crate) fn note(&mut self, name: &'static str, holds: &'static str) {
+        self.written.push(Written { name, holds });
+    }
+
     /// Writes one file of the run, and remembers what it holds.
     pub(crate) fn write(
         &mut self,
@@ -53,7 +58,7 @@ impl RunFolder {
     ) -> Result<(), Failure> {
         let path = self.path.join(name);
         files::write(&path, true, content).map_err(|error| Failure::writing(&path, &error))?;
-        self.written.push(Written { name, holds });
+        self.note(name, holds);
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 use nalgebra::{Isometry2, Matrix2, Matrix3, Point2, Rotation2};
 use relaxation::{
-    Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring, Solver,
+    Auto, Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring, Solver,
     Spring, descend, relax_poses, sweep,
 };
 use topo_map::{Link, TopoMap};
@@ -82,7 +82,7 @@ impl Problem {
     /// Covariances too far apart for 64-bit numbers.
     pub fn relaxed(&self, poses: &[Isometry2<f64>]) -> Result<Vec<Isometry2<f64>>, RelaxationError> {
         match self {
-            Self::Positions(network) => Ok(put(poses, &Direct.solve(network, &positions(poses)).positions)),
+            Self::Positions(network) => Ok(put(poses, &Auto.solve(network, &positions(poses)).positions)),
             Self::Poses(graph) => Ok(isometries(&descend(graph, &plain(poses), &PoseOptions::default())?.poses)),
         }
     }
@@ -106,7 +106,7 @@ impl Problem {
         }
     }
 
-    /// The least energy there is, found without any start: what checks the relaxation.
+    /// The least energy there is, found without any start and by another way: what checks the relaxation.
     ///
     /// # Errors
     ///

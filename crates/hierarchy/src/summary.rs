@@ -108,7 +108,7 @@ impl Mapper {
         let excess = energy_after - energy_optimum;
         let solver = match self.config().relaxation.policy {
             RelaxationPolicy::Converge if matches!(problem, Problem::Poses(_)) => "gauss-newton",
-            RelaxationPolicy::Converge => "direct",
+            RelaxationPolicy::Converge => "elimination",
             RelaxationPolicy::OneSweep => "gauss-seidel, one sweep per place",
         };
         Ok(RelaxationMetrics {
