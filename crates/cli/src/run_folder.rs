@@ -20,9 +20,9 @@ pub(crate) struct Written {
 }
 
 impl RunFolder {
-    /// The folder `path`, or `runs/NAME` with a number behind it where one of that name exists; never one that
+    /// Chooses the folder `path`, or `runs/NAME` with a number behind it where one of that name exists; never one that
     /// something is in already, unless `force` is set.
-    pub(crate) fn create(path: Option<&Path>, name: &str, force: bool) -> Result<Self, Failure> {
+    pub(crate) fn choose(path: Option<&Path>, name: &str, force: bool) -> Result<Self, Failure> {
         let path = match path {
             Some(path) if force || is_free(path) => path.to_owned(),
             Some(path) => {
@@ -32,7 +32,6 @@ impl RunFolder {
             None if force => Path::new("runs").join(name),
             None => free_name(&Path::new("runs").join(name)),
         };
-        std::fs::create_dir_all(&path).map_err(|error| Failure::writing(&path, &error))?;
         Ok(Self { path, written: Vec::new() })
     }
 
@@ -49,13 +48,14 @@ impl RunFolder {
         self.written.push(Written { name, holds });
     }
 
-    /// Writes one file of the run, and remembers what it holds.
+    /// Writes one file of the run, and remembers what it holds; the first one makes the folder.
     pub(crate) fn write(
         &mut self,
         name: &'static str,
         holds: &'static str,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
+        std::fs::create_dir_all(&self.path).map_err(|error| Failure::writing(&self.path, &error))?;
         let path = self.path.join(name);
         files::write(&path, true, content).map_err(|error| Failure::writing(&path, &error))?;
         self.note(name, holds);

@@ -90,4 +90,5 @@ fn a_log_without_scans_is_refused_with_a_hint() {
     std::fs::write(&log, "ODOM 0 0 0 0 0 0 1.0 h 1.0\nODOM 1 0 0 0 0 0 2.0 h 2.0\n").unwrap();
     let out = folder.path().join("out");
     topogrid().arg("run").arg(&log).arg("-o").arg(&out).assert().code(3).stderr(contains("no scan"));
+    assert!(!out.exists(), "a run that failed leaves nothing behind");
 }

@@ -36,6 +36,6 @@ pub(crate) fn run(args: &ResumeArgs, context: &Context) -> Result<(), Failure> {
         |error| Failure::new(Exit::Rejected, "session", format!("could not read {}: {error}", session.display()));
     let mapper = Mapper::load(&mut files::open(&session)?).map_err(rejected)?;
     let name = args.run.file_stem().map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned());
-    let folder = RunFolder::create(args.output.out.as_deref(), &name, args.output.force)?;
+    let folder = RunFolder::choose(args.output.out.as_deref(), &name, args.output.force)?;
     go_on(&name, mapper, args.log.open()?, folder, context)
 }

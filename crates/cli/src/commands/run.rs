@@ -117,7 +117,7 @@ pub(crate) struct Finished {
 /// Maps a log into a folder of its own.
 pub(crate) fn map_log(name: &str, log: LogReader, args: &OutputArgs, context: &Context) -> Result<(), Failure> {
     let mapper = Mapper::new(args.configuration()?).map_err(rejected)?;
-    let folder = RunFolder::create(args.out.as_deref(), name, args.force)?;
+    let folder = RunFolder::choose(args.out.as_deref(), name, args.force)?;
     go_on(name, mapper, log, folder, context)
 }
 
