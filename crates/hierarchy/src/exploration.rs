@@ -5,12 +5,14 @@ use local_grid::{
     WorkingGridOptions, align,
 };
 use nalgebra::{Isometry2, Point2, UnitComplex, Vector2};
-use relaxation::{Network, NetworkError, SolveError, Spring};
+use relaxation::{NetworkError, SolveError};
 use robot_log::{Entry, EntryKind};
 use topo_map::{
     Change, Command, ExploreError, Explorer, ExplorerOptions, Identity, NearbyOptions, Observation, PlaceId,
     PlaceLikelihood, Supposed, TopoMap, identify_nearby,
 };
+
+use crate::problem::network;
 
 /// What an exploring robot should do next. Headings are those of its compass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -228,16 +230,7 @@ impl Exploration {
     }
 
     fn relax(&mut self) -> Result<(), ExplorationError> {
-        let measured = self.map.links().iter().filter(|link| link.is_measured());
-        let springs: Vec<Spring> = measured
-            .map(|link| Spring {
-                from: link.from.index(),
-                to: link.to.index(),
-                rest: link.displacement.vector,
-                covariance: link.displacement.covariance,
-            })
-            .collect();
-        self.positions = relaxation::optimum(&Network::new(self.map.places().len(), &springs)?)?;
+        self.positions = relaxation::optimum(&network(&self.map)?)?;
         Ok(())
     }
 

@@ -45,8 +45,7 @@ impl Problem {
             let springs: Vec<PoseSpring> = measured().map(pose_spring).collect();
             return Ok(Self::Poses(PoseGraph::new(nodes, &springs)?));
         }
-        let springs: Vec<Spring> = measured().map(spring).collect();
-        Ok(Self::Positions(Box::new(Network::new(nodes, &springs)?)))
+        Ok(Self::Positions(Box::new(network(map)?)))
     }
 
     /// The energy of some poses, each link counted once, weighted by its covariance.
@@ -117,6 +116,13 @@ impl Problem {
             Self::Poses(graph) => Ok(relax_poses(graph, &PoseOptions::default())?.chi2),
         }
     }
+}
+
+/// The measured links of a map whose headings a compass holds, as the paper's network of springs.
+pub(crate) fn network<S>(map: &TopoMap<S>) -> Result<Network, NetworkError> {
+    let measured = map.links().iter().filter(|link| link.is_measured());
+    let springs: Vec<Spring> = measured.map(spring).collect();
+    Network::new(map.places().len(), &springs)
 }
 
 fn spring(link: &Link) -> Spring {

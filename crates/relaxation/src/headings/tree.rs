@@ -67,8 +67,8 @@ impl Forest {
     ) -> Self {
         let mut sets: Vec<u32> = (0..Joint::new(nodes, 0).from).collect();
         let mut chosen = vec![false; joints.len()];
-        for now in 0..classes {
-            for (edge, joint) in joints.iter().enumerate().filter(|(edge, _)| class(*edge) == now) {
+        for current in 0..classes {
+            for (edge, joint) in joints.iter().enumerate().filter(|(edge, _)| class(*edge) == current) {
                 let (a, b) = (find(&mut sets, joint.from), find(&mut sets, joint.to));
                 if a != b {
                     sets[a.max(b) as usize] = a.min(b);

@@ -29,11 +29,7 @@ pub fn consistent_closures(graph: &PoseGraph, trusted: &[bool], closures: &[usiz
     let joints: Vec<Joint> = springs.iter().map(|s| Joint::new(s.from, s.to)).collect();
     let forest = Forest::only(graph.len(), &joints, |edge| trusted[edge]);
     let odometry = Odometry::new(graph, &forest);
-    let checked: Vec<usize> = closures
-        .iter()
-        .copied()
-        .filter(|&k| forest.root_of(springs[k].from) == forest.root_of(springs[k].to))
-        .collect();
+    let checked = checkable(springs, closures, &forest);
     let ready: Vec<Closure> = checked.iter().map(|&k| Closure::new(&springs[k], &odometry)).collect();
     let agree = |i: usize, j: usize| {
         let (a, b) = (&ready[i], &ready[j]);
@@ -46,6 +42,12 @@ pub fn consistent_closures(graph: &PoseGraph, trusted: &[bool], closures: &[usiz
     chosen
 }
 
+/// The closures whose ends trusted springs join: only those close a cycle that can be checked.
+fn checkable(springs: &[PoseSpring], closures: &[usize], forest: &Forest) -> Vec<usize> {
+    let joined = |&k: &usize| forest.root_of(springs[k].from) == forest.root_of(springs[k].to);
+    closures.iter().copied().filter(joined).collect()
+}
+
 /// The closures that are supported: each agrees with another one nearby, more closely than two unrelated closures would by chance.
 ///
 /// Every pair whose cycle is certain enough to tell is weighed by the ratio of two likelihoods: that the cycle's error is noise, against
@@ -56,11 +58,7 @@ pub(super) fn supported_closures(graph: &PoseGraph, trusted: &[bool], closures: 
     let joints: Vec<Joint> = springs.iter().map(|s| Joint::new(s.from, s.to)).collect();
     let forest = Forest::only(graph.len(), &joints, |edge| trusted[edge]);
     let odometry = Odometry::new(graph, &forest);
-    let checked: Vec<usize> = closures
-        .iter()
-        .copied()
-        .filter(|&k| forest.root_of(springs[k].from) == forest.root_of(springs[k].to))
-        .collect();
+    let checked = checkable(springs, closures, &forest);
     let ready: Vec<Closure> = checked.iter().map(|&k| Closure::new(&springs[k], &odometry)).collect();
     let square = ready.iter().map(|c| c.z.translation().norm_squared()).sum::<f64>() / ready.len().max(1) as f64;
     let reach = std::f64::consts::TAU * std::f64::consts::TAU * square;
