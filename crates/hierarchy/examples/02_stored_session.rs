@@ -1,17 +1,17 @@
-//! A map is stored, read back, and goes on with more log.
+//! A map is stored with the name of a room, read back, and goes on with more log.
 //!
-//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v1.hmap` makes the stored session that the
+//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v2.hmap` makes the stored session that the
 //! tests read for ever.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
 
-use hierarchy::{Config, Mapper};
+use hierarchy::{Config, Mapper, Passage};
 use robot_log::{CarmenOptions, CarmenReader, Entry};
 
-/// So many entries make a session of a few places.
-const FIRST: usize = 300;
+/// So many entries show the first corridors.
+const FIRST: usize = 1500;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/office_loop.log");
@@ -22,9 +22,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for entry in &entries[..FIRST] {
         mapper.push(entry)?;
     }
+    let gridmap = mapper.gridmap()?;
+    let mut regions = mapper.survey(&gridmap)?;
+    mapper.name_region(&mut regions, 1, "hall")?;
+    mapper.set_passage(&mut regions, 0, Passage::Closed);
     let mut session = Vec::new();
     mapper.save(&mut session)?;
-    println!("{} places in {} bytes", mapper.topology().n_visited(), session.len());
+    let (places, found) = (mapper.topology().n_visited(), regions.regions.len());
+    println!("{places} places and {found} regions in {} bytes", session.len());
     if let Some(path) = std::env::args().nth(1) {
         mapper.save(&mut BufWriter::new(File::create(path)?))?;
     }
@@ -34,6 +39,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         resumed.push(entry)?;
     }
     resumed.finish()?;
-    println!("{} places after the rest of the log", resumed.topology().n_visited());
+    let regions = resumed.survey(&resumed.gridmap()?)?;
+    let places = resumed.topology().n_visited();
+    println!("{places} places and {} regions after the rest of the log", regions.regions.len());
+    println!("the hall is region {:?}", regions.find("hall").map(|region| region.label));
     Ok(())
 }

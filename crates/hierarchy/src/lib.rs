@@ -6,6 +6,7 @@ mod coordinates;
 pub mod evaluate;
 mod event;
 mod exploration;
+mod floor_plan;
 mod front_end;
 mod laser;
 mod mapper;
@@ -30,6 +31,7 @@ pub use config::{
 pub use coordinates::{Coordinates, Relaxation};
 pub use event::Event;
 pub use exploration::{Ended, Errand, Exploration, ExplorationError};
+pub use floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
 pub use front_end::SenseError;
 pub use mapper::{Mapper, MapperError};
 pub use metrics::{

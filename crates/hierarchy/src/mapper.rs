@@ -10,13 +10,14 @@ use topo_map::{Displacement, Link, PlaceId, TopoMap, Turn};
 use crate::config::{Config, ConfigError, RelaxationPolicy};
 use crate::coordinates::{Coordinates, Relaxation};
 use crate::event::Event;
+use crate::floor_plan::FloorPlan;
 use crate::front_end::{FrontEnd, SenseError, Sensed};
 use crate::problem::RelaxationError;
 use crate::recognize::{Closure, Recognizer, Verdict};
-use crate::session::v1::topology;
+use crate::session::records::{StoredTracker, topology};
 use crate::sight::Sight;
 use crate::tally::Tally;
-use crate::tracker::{Tracker, TrackerState};
+use crate::tracker::Tracker;
 use crate::trajectory::{Anchor, Sample, Trajectory};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.
@@ -44,6 +45,7 @@ pub struct Mapper {
     recognizer: Recognizer,
     tally: Tally,
     names: BTreeMap<PlaceId, String>,
+    floor_plan: FloorPlan,
 }
 
 /// What a session holds of a mapper.
@@ -59,6 +61,7 @@ pub(crate) struct Restored {
     pub(crate) held_by_scans: bool,
     pub(crate) sweeps: usize,
     pub(crate) names: BTreeMap<PlaceId, String>,
+    pub(crate) floor_plan: FloorPlan,
 }
 
 /// Why an entry could not be taken in.
@@ -118,6 +121,7 @@ impl Mapper {
             recognizer: Recognizer::new(&config),
             tally: Tally::default(),
             names: BTreeMap::new(),
+            floor_plan: FloorPlan::default(),
             config,
         })
     }
@@ -144,6 +148,7 @@ impl Mapper {
             recognizer: Recognizer::restored(&config, from.closures),
             tally: from.tally,
             names: from.names,
+            floor_plan: from.floor_plan,
             trajectory,
             config,
         })
@@ -318,7 +323,7 @@ impl Mapper {
         self.front_end.tracker.track_from_robot()
     }
 
-    pub(crate) fn tracker_state(&self) -> TrackerState {
+    pub(crate) fn tracker_state(&self) -> StoredTracker {
         self.front_end.tracker.state()
     }
 
@@ -340,6 +345,16 @@ impl Mapper {
             self.names.insert(place, name.to_owned());
         }
         exists
+    }
+
+    /// What is remembered of regions and gateways.
+    #[must_use]
+    pub fn floor_plan(&self) -> &FloorPlan {
+        &self.floor_plan
+    }
+
+    pub(crate) fn floor_plan_mut(&mut self) -> &mut FloorPlan {
+        &mut self.floor_plan
     }
 
     /// The configuration in use.

@@ -1,8 +1,10 @@
 use global_grid::{CrispOptions, Occupancy, occupancy};
-use region_map::{Options, RegionMap, SegmentError, segment_explored};
+use nalgebra::Isometry2;
+use region_map::{NoSuchRegion, Options, RegionMap, SegmentError, segment_explored};
 use robot_log::local_grid::FuzzyGrid;
 use topo_map::PlaceId;
 
+use crate::floor_plan::Passage;
 use crate::mapper::Mapper;
 use crate::metrics::RegionMetrics;
 
@@ -26,6 +28,44 @@ pub fn count_regions(map: &RegionMap) -> RegionMetrics {
 }
 
 impl Mapper {
+    /// Cuts a gridmap of this map into regions, as [`regions`] does, and remembers them: names and closed gateways that
+    /// are known from before are found again, wherever relaxation has moved them.
+    ///
+    /// # Errors
+    ///
+    /// As [`regions`].
+    pub fn survey(&mut self, gridmap: &FuzzyGrid) -> Result<RegionMap, SegmentError> {
+        let mut map = regions(gridmap)?;
+        let places = self.visited_poses();
+        self.floor_plan_mut().renew(&mut map, &places);
+        Ok(map)
+    }
+
+    /// Gives a region of the map that was last [surveyed](Mapper::survey) a name, or takes it away with an empty one.
+    ///
+    /// # Errors
+    ///
+    /// There is no region with this label.
+    pub fn name_region(&mut self, map: &mut RegionMap, label: u16, name: &str) -> Result<(), NoSuchRegion> {
+        map.name(label, name)?;
+        let name = (!name.is_empty()).then(|| name.to_owned());
+        let known = self.floor_plan_mut().regions.iter_mut().find(|region| region.label == Some(label));
+        map.regions[usize::from(label) - 1].name.clone_from(&name);
+        known.ok_or(NoSuchRegion { label, count: map.regions.len() })?.name = name;
+        Ok(())
+    }
+
+    /// Opens or closes a gateway of the map that was last [surveyed](Mapper::survey); answers whether there is such a one.
+    pub fn set_passage(&mut self, map: &mut RegionMap, gateway: usize, passage: Passage) -> bool {
+        self.floor_plan_mut().set_passage(map, gateway, passage);
+        gateway < map.gateways.len()
+    }
+
+    fn visited_poses(&self) -> Vec<(PlaceId, Isometry2<f64>)> {
+        let visited = self.topology().places().iter().filter(|place| place.is_visited());
+        visited.map(|place| (place.id, self.coordinates().map_from_place(place.id))).collect()
+    }
+
     /// The label of the region in which each visited place lies; `None` for one that lies in none.
     #[must_use]
     pub fn places_in(&self, map: &RegionMap) -> Vec<(PlaceId, Option<u16>)> {

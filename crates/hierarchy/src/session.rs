@@ -11,14 +11,18 @@
 //! The structs of a version are its own and never those of a layer, so that no change of a layer changes a file.
 //! Derived things (signatures, the map of walls, the gridmap) are not stored: they are made again from the scans.
 
-pub(crate) mod v1;
+pub(crate) mod records;
+mod v1;
+mod v2;
 
 use std::io::{Read, Write};
+
+use serde::de::DeserializeOwned;
 
 use crate::mapper::{Mapper, MapperError};
 
 const MAGIC: &[u8; 4] = b"HMAP";
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 const HEADER: usize = 18;
 /// No session is read that claims to be larger: 4 GiB hold about a million scans of 1,000 beams.
 const LIMIT: usize = 4 << 30;
@@ -83,7 +87,7 @@ impl Mapper {
     ///
     /// Never: plain structs of numbers always encode.
     pub fn save(&self, out: &mut impl Write) -> Result<(), SessionError> {
-        let payload = bincode::serde::encode_to_vec(v1::Session::of(self), configuration())
+        let payload = bincode::serde::encode_to_vec(v2::Session::of(self), configuration())
             .expect("plain structs of numbers always encode");
         out.write_all(MAGIC)?;
         out.write_all(&VERSION.to_le_bytes())?;
@@ -99,18 +103,27 @@ impl Mapper {
     ///
     /// A stream that is no session, of a later version, cut off, damaged, or in contradiction with itself.
     pub fn load(from: &mut impl Read) -> Result<Self, SessionError> {
-        let payload = payload(from)?;
-        let (session, used): (v1::Session, usize) = bincode::serde::decode_from_slice(&payload, configuration())
-            .map_err(|error| SessionError::Decode(error.to_string()))?;
-        if used != payload.len() {
-            return Err(SessionError::Decode(format!("{} bytes follow its end", payload.len() - used)));
-        }
+        let (version, payload) = payload(from)?;
+        let session = match version {
+            1 => decode::<v1::Session>(&payload)?.into(),
+            _ => decode::<v2::Session>(&payload)?,
+        };
         session.restore()
     }
 }
 
-/// Checks the header and reads what it announces.
-fn payload(from: &mut impl Read) -> Result<Vec<u8>, SessionError> {
+/// Decodes all of a payload as the structs of one version.
+fn decode<S: DeserializeOwned>(payload: &[u8]) -> Result<S, SessionError> {
+    let (session, used) = bincode::serde::decode_from_slice(payload, configuration())
+        .map_err(|error| SessionError::Decode(error.to_string()))?;
+    if used != payload.len() {
+        return Err(SessionError::Decode(format!("{} bytes follow its end", payload.len() - used)));
+    }
+    Ok(session)
+}
+
+/// Checks the header and reads what it announces: the version and the payload.
+fn payload(from: &mut impl Read) -> Result<(u16, Vec<u8>), SessionError> {
     let mut header = Vec::with_capacity(HEADER);
     from.take(HEADER as u64).read_to_end(&mut header)?;
     if !header.starts_with(MAGIC) {
@@ -136,7 +149,7 @@ fn payload(from: &mut impl Read) -> Result<Vec<u8>, SessionError> {
     }
     let stored = u32::from_le_bytes([header[14], header[15], header[16], header[17]]);
     let found = crc32fast::hash(&payload);
-    if found == stored { Ok(payload) } else { Err(SessionError::Damaged { expected: stored, found }) }
+    if found == stored { Ok((version, payload)) } else { Err(SessionError::Damaged { expected: stored, found }) }
 }
 
 fn configuration() -> impl bincode::config::Config {

@@ -3,7 +3,7 @@ use robot_log::local_grid::{Heading, Match};
 
 use crate::config::{Config, HeadingMode};
 use crate::session::SessionError;
-use crate::session::v1::{Pose, isometry, pose};
+use crate::session::records::{StoredTracker, isometry, pose};
 
 /// Dead reckoning with whatever knows the heading best: the robot's pose in the `track` frame, which is locally
 /// right and drifts, with the uncertainty gathered since the last place.
@@ -47,20 +47,6 @@ impl Default for Travel {
     }
 }
 
-/// What a tracker cannot make again: its pose, its last odometry, and what is uncertain.
-#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-pub(crate) struct TrackerState {
-    last_odometry: Option<Pose>,
-    track_from_robot: Pose,
-    heading_variance: f64,
-    since_compass: f64,
-    seen_compass: bool,
-    compass_offset: f64,
-    tied: bool,
-    travelled: f64,
-    since_place: [f64; 6],
-}
-
 /// Noise rates in SI units.
 #[derive(Debug, Clone, Copy)]
 struct Noise {
@@ -98,9 +84,9 @@ impl Tracker {
         }
     }
 
-    pub(crate) fn state(&self) -> TrackerState {
+    pub(crate) fn state(&self) -> StoredTracker {
         let Travel { path, distance_variance, position: p, turn_variance } = self.since_place;
-        TrackerState {
+        StoredTracker {
             last_odometry: self.last_odometry.as_ref().map(pose),
             track_from_robot: pose(&self.track_from_robot),
             heading_variance: self.heading_variance,
@@ -113,7 +99,7 @@ impl Tracker {
         }
     }
 
-    pub(crate) fn restored(config: &Config, state: &TrackerState) -> Result<Self, SessionError> {
+    pub(crate) fn restored(config: &Config, state: &StoredTracker) -> Result<Self, SessionError> {
         let [path, distance_variance, xx, xy, yy, turn_variance] = state.since_place;
         Ok(Self {
             last_odometry: state.last_odometry.as_ref().map(isometry).transpose()?,

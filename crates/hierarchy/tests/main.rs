@@ -6,4 +6,5 @@
 mod logs;
 mod office_loop;
 mod real_logs;
+mod rooms;
 mod sessions;

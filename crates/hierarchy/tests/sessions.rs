@@ -71,14 +71,40 @@ fn what_is_no_session_is_refused_by_its_fault() {
 
 #[test]
 fn sessions_of_every_version_are_read_for_ever() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/sessions/v1.hmap");
-    let mapper = Mapper::load(&mut std::fs::File::open(path).unwrap()).unwrap();
-    let again = map_prefix(300);
-    assert_eq!(mapper.topology().n_visited(), again.topology().n_visited());
-    let apart = |(a, b): (&nalgebra::Isometry2<f64>, &nalgebra::Isometry2<f64>)| {
-        (a.translation.vector - b.translation.vector).norm()
-    };
-    assert!(mapper.poses().iter().zip(&again.poses()).map(apart).all(|apart| apart < 1e-9));
+    for (version, entries) in [(1, 300), (2, 1500)] {
+        let mapper = golden(version);
+        let again = map_prefix(entries);
+        assert_eq!(mapper.topology().n_visited(), again.topology().n_visited());
+        let apart = |(a, b): (&nalgebra::Isometry2<f64>, &nalgebra::Isometry2<f64>)| {
+            (a.translation.vector - b.translation.vector).norm()
+        };
+        assert!(mapper.poses().iter().zip(&again.poses()).map(apart).all(|apart| apart < 1e-9));
+    }
+}
+
+#[test]
+fn an_old_session_is_written_anew_with_all_that_it_holds() {
+    let old = golden(1);
+    let read = Mapper::load(&mut stored(&old).as_slice()).unwrap();
+    assert_eq!(read.poses(), old.poses());
+    assert_eq!(read.closures(), old.closures());
+    assert_eq!(*read.floor_plan(), hierarchy::FloorPlan::default());
+}
+
+#[test]
+fn a_stored_session_knows_its_rooms() {
+    let mapper = golden(2);
+    let plan = mapper.floor_plan();
+    assert_eq!(plan.regions.iter().filter_map(|region| region.name.as_deref()).collect::<Vec<_>>(), ["hall"]);
+    assert_eq!(plan.gateways[0].passage, hierarchy::Passage::Closed);
+    let again = Mapper::load(&mut stored(&mapper).as_slice()).unwrap();
+    assert_eq!(again.floor_plan(), plan);
+}
+
+/// The shipped session of a version.
+fn golden(version: u16) -> Mapper {
+    let path = format!("{}/../../fixtures/sessions/v{version}.hmap", env!("CARGO_MANIFEST_DIR"));
+    Mapper::load(&mut std::fs::File::open(path).unwrap()).unwrap()
 }
 
 /// The map of the first entries of the shipped log, not yet finished.

@@ -23,6 +23,10 @@ pub struct Gateway {
     pub normal: Vector2<f64>,
     /// Mean membership in "free" of the cells on the line between the ends, in `[0, 1]`.
     pub confidence: f64,
+    /// Whether it is known to be closed at present, whatever the grid says: no [`route`](crate::RegionMap::route) leads
+    /// through it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub blocked: bool,
 }
 
 impl Gateway {
@@ -50,6 +54,7 @@ impl Gateway {
             width: gate.width * frame.resolution(),
             normal,
             confidence: membership(free, ends),
+            blocked: false,
         }
     }
 

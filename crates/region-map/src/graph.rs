@@ -51,7 +51,7 @@ impl RegionMap {
         })
     }
 
-    /// The shortest way from one point to another through gateways that are `open` (Dijkstra 1959), or `None` where a point
+    /// The shortest way from one point to another through gateways that are `open` and not blocked (Dijkstra 1959), or `None` where a point
     /// lies in no region or no way leads there.
     ///
     /// Lengths are straight lines from gateway to gateway, so a way through a bent region counts as shorter than it is.
@@ -65,7 +65,8 @@ impl RegionMap {
         let mut came: Vec<Option<usize>> = vec![None; 2 * self.gateways.len()];
         let mut best = vec![f64::INFINITY; 2 * self.gateways.len()];
         let mut queue = BinaryHeap::new();
-        let exits = |region: u16| self.exits(region).filter(|&(index, _)| open(&self.gateways[index]));
+        let passable = |&(index, _): &(usize, u16)| !self.gateways[index].blocked && open(&self.gateways[index]);
+        let exits = |region: u16| self.exits(region).filter(passable);
         for (gateway, region) in exits(start) {
             let length = (self.gateways[gateway].center - from).norm();
             best[node(gateway, region)] = length;

@@ -183,7 +183,7 @@ fn build(mut mapper: Mapper, log: &mut LogReader, context: &Context) -> Result<F
     let frame = gridmap.frame();
     stage.finish(&format!("{} × {} cells of {} m", frame.rows(), frame.columns(), frame.resolution()));
     let cutting = Instant::now();
-    let regions = hierarchy::regions(&gridmap).map_err(|error| {
+    let regions = mapper.survey(&gridmap).map_err(|error| {
         Failure::new(Exit::Rejected, "regions", format!("could not cut the map into regions: {error}"))
     })?;
     let mut metrics = mapper.metrics().map_err(rejected)?;

@@ -1,0 +1,253 @@
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use topo_map::{Place, PlaceId};
+
+use super::records::{
+    StoredAnchor, StoredDisplacement, StoredLink, StoredPlace, StoredSample, StoredSensor, StoredTally, StoredTracker,
+    isometry, pose, restored_anchor, restored_displacement, restored_link, restored_sample, restored_sensor,
+    restored_tally, stored_anchor, stored_displacement, stored_link, stored_sample, stored_sensor, stored_tally,
+};
+use super::{SessionError, v1};
+use crate::config::Config;
+use crate::floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
+use crate::mapper::{Mapper, Restored};
+use crate::recognize::{Closure, Verdict};
+use crate::tracker::Tracker;
+use crate::trajectory::{Anchor, Sample, Trajectory};
+
+/// Version 2 of a session: what version 1 holds, and the regions and gateways of the latest map.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Session {
+    config: String,
+    sensors: Vec<StoredSensor>,
+    samples: Vec<StoredSample>,
+    anchors: Vec<StoredAnchor>,
+    places: Vec<StoredPlace>,
+    links: Vec<StoredLink>,
+    closures: Vec<StoredClosure>,
+    tally: StoredTally,
+    tracker: StoredTracker,
+    held_by_scans: bool,
+    sweeps: u64,
+    names: Vec<(u32, String)>,
+    regions: Vec<StoredRegion>,
+    gateways: Vec<StoredGateway>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredClosure {
+    place: u32,
+    known: u32,
+    displacement: StoredDisplacement,
+    score: f64,
+    shift: f64,
+    agreed: u32,
+    log_odds: Option<f64>,
+}
+
+/// A region by points of its floor, each in the axes of a place.
+#[derive(Serialize, Deserialize)]
+struct StoredRegion {
+    label: Option<u16>,
+    name: Option<String>,
+    area: f64,
+    corridor: f64,
+    floor: Vec<StoredLandmark>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredGateway {
+    ends: [StoredLandmark; 2],
+    passage: u8,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredLandmark {
+    place: u32,
+    offset: [f32; 2],
+}
+
+impl From<v1::Session> for Session {
+    fn from(old: v1::Session) -> Self {
+        Self {
+            config: old.config,
+            sensors: old.sensors,
+            samples: old.samples,
+            anchors: old.anchors,
+            places: old.places,
+            links: old.links,
+            closures: old.closures.into_iter().map(StoredClosure::from).collect(),
+            tally: old.tally,
+            tracker: old.tracker,
+            held_by_scans: old.held_by_scans,
+            sweeps: old.sweeps,
+            names: old.names,
+            regions: Vec::new(),
+            gateways: Vec::new(),
+        }
+    }
+}
+
+impl From<v1::StoredClosure> for StoredClosure {
+    fn from(old: v1::StoredClosure) -> Self {
+        let v1::StoredClosure { place, known, displacement, score, shift, agreed, log_odds } = old;
+        Self { place, known, displacement, score, shift, agreed, log_odds }
+    }
+}
+
+impl Session {
+    pub(super) fn of(mapper: &Mapper) -> Self {
+        let mut sensors = Vec::new();
+        let samples = mapper.trajectory().samples().iter().map(|sample| stored_sample(sample, &mut sensors)).collect();
+        let map = mapper.topology();
+        let place = |place: &Place<_>| StoredPlace {
+            visits: place.visits,
+            map_from_place: pose(&mapper.coordinates().map_from_place(place.id)),
+        };
+        let plan = mapper.floor_plan();
+        Self {
+            config: mapper.config().to_toml(),
+            samples,
+            sensors: sensors.iter().map(|sensor| stored_sensor(sensor)).collect(),
+            anchors: mapper.trajectory().anchors().iter().map(stored_anchor).collect(),
+            places: map.places().iter().map(place).collect(),
+            links: map.links().iter().map(stored_link).collect(),
+            closures: mapper.closures().iter().map(stored_closure).collect(),
+            tally: stored_tally(mapper.tally()),
+            tracker: mapper.tracker_state(),
+            held_by_scans: mapper.is_held_by_scans(),
+            sweeps: mapper.coordinates().sweeps() as u64,
+            names: mapper.names().map(|(place, name)| (place.0, name.to_owned())).collect(),
+            regions: plan.regions.iter().map(stored_region).collect(),
+            gateways: plan.gateways.iter().map(stored_gateway).collect(),
+        }
+    }
+
+    /// Checks everything that a map relies on, and builds it.
+    pub(super) fn restore(self) -> Result<Mapper, SessionError> {
+        let config = Config::from_toml(&self.config).map_err(|error| contradiction(error.to_string()))?;
+        let sensors = self.sensors.into_iter().map(restored_sensor).collect::<Result<Vec<_>, _>>()?;
+        let samples: Vec<Sample> =
+            self.samples.into_iter().map(|sample| restored_sample(sample, &sensors)).collect::<Result<_, _>>()?;
+        let known = Known { places: self.places.len() };
+        let anchor = |anchor: &StoredAnchor| restored_anchor(anchor, known.place(anchor.place)?, samples.len());
+        let anchors: Vec<Anchor> = self.anchors.iter().map(anchor).collect::<Result<_, SessionError>>()?;
+        let name = |(place, name)| Ok((known.place(place)?, name));
+        let restored = Restored {
+            trajectory: Trajectory::restored(samples, anchors),
+            visits: self.places.iter().map(|place| place.visits).collect(),
+            poses: self.places.iter().map(|place| isometry(&place.map_from_place)).collect::<Result<_, _>>()?,
+            links: self.links.iter().enumerate().map(|(id, link)| restored_link(id, link)).collect::<Result<_, _>>()?,
+            closures: self.closures.iter().map(restored_closure).collect(),
+            tally: restored_tally(&self.tally),
+            tracker: Tracker::restored(&config, &self.tracker)?,
+            held_by_scans: self.held_by_scans,
+            sweeps: usize::try_from(self.sweeps).unwrap_or(usize::MAX),
+            names: self.names.into_iter().map(name).collect::<Result<_, SessionError>>()?,
+            floor_plan: FloorPlan {
+                regions: self.regions.into_iter().map(|region| known.region(region)).collect::<Result<_, _>>()?,
+                gateways: self.gateways.iter().map(|gateway| known.gateway(gateway)).collect::<Result<_, _>>()?,
+            },
+            config,
+        };
+        Ok(Mapper::restored(restored)?)
+    }
+}
+
+fn contradiction(what: String) -> SessionError {
+    SessionError::Contradiction(what)
+}
+
+/// The places that there are: whatever speaks of another one contradicts the session.
+#[derive(Clone, Copy)]
+struct Known {
+    places: usize,
+}
+
+impl Known {
+    fn place(self, place: u32) -> Result<PlaceId, SessionError> {
+        let exists = (place as usize) < self.places;
+        exists.then_some(PlaceId(place)).ok_or_else(|| contradiction(format!("place {place} of {}", self.places)))
+    }
+
+    fn landmark(self, stored: &StoredLandmark) -> Result<Landmark, SessionError> {
+        let [x, y] = stored.offset;
+        if !(x.is_finite() && y.is_finite()) {
+            return Err(contradiction(format!("a point of a region at ({x}, {y}) from place {}", stored.place)));
+        }
+        Ok(Landmark { place: self.place(stored.place)?, offset: Vector2::new(x, y) })
+    }
+
+    fn region(self, stored: StoredRegion) -> Result<KnownRegion, SessionError> {
+        let StoredRegion { label, name, area, corridor, floor } = stored;
+        if !(area.is_finite() && area >= 0.0 && (0.0..=1.0).contains(&corridor)) {
+            return Err(contradiction(format!("a region of {area} m² that is a corridor to {corridor}")));
+        }
+        let floor = floor.iter().map(|landmark| self.landmark(landmark)).collect::<Result<_, _>>()?;
+        Ok(KnownRegion { label, name, area, corridor, floor })
+    }
+
+    fn gateway(self, stored: &StoredGateway) -> Result<KnownGateway, SessionError> {
+        let passage = match stored.passage {
+            0 => Passage::Open,
+            1 => Passage::SeenClosed,
+            2 => Passage::Closed,
+            other => return Err(contradiction(format!("a gateway in state {other}"))),
+        };
+        let [a, b] = &stored.ends;
+        Ok(KnownGateway { ends: [self.landmark(a)?, self.landmark(b)?], passage })
+    }
+}
+
+fn stored_region(region: &KnownRegion) -> StoredRegion {
+    StoredRegion {
+        label: region.label,
+        name: region.name.clone(),
+        area: region.area,
+        corridor: region.corridor,
+        floor: region.floor.iter().map(stored_landmark).collect(),
+    }
+}
+
+fn stored_gateway(gateway: &KnownGateway) -> StoredGateway {
+    let passage = match gateway.passage {
+        Passage::Open => 0,
+        Passage::SeenClosed => 1,
+        Passage::Closed => 2,
+    };
+    StoredGateway { ends: gateway.ends.each_ref().map(stored_landmark), passage }
+}
+
+fn stored_landmark(landmark: &Landmark) -> StoredLandmark {
+    StoredLandmark { place: landmark.place.0, offset: landmark.offset.into() }
+}
+
+fn stored_closure(closure: &Closure) -> StoredClosure {
+    let (agreed, log_odds) = match closure.verdict {
+        Verdict::Accepted { agreed, log_odds } => (agreed, Some(log_odds)),
+        Verdict::NoAgreement { agreed } => (agreed, None),
+    };
+    StoredClosure {
+        place: closure.place.0,
+        known: closure.known.0,
+        displacement: stored_displacement(&closure.displacement),
+        score: closure.score,
+        shift: closure.shift,
+        agreed: u32::try_from(agreed).unwrap_or(u32::MAX),
+        log_odds,
+    }
+}
+
+fn restored_closure(closure: &StoredClosure) -> Closure {
+    let agreed = closure.agreed as usize;
+    let verdict =
+        closure.log_odds.map_or(Verdict::NoAgreement { agreed }, |log_odds| Verdict::Accepted { agreed, log_odds });
+    Closure {
+        place: PlaceId(closure.place),
+        known: PlaceId(closure.known),
+        displacement: restored_displacement(&closure.displacement),
+        score: closure.score,
+        shift: closure.shift,
+        verdict,
+    }
+}
