@@ -1,12 +1,12 @@
 //! Builds a gridmap from readings at known poses, times it, and writes it as images.
 //!
 //! ```text
-//! known_poses sonar|laser FILE REPEATS OUT [fuzzy|bayes|dempster-shafer]
+//! known_poses sonar|laser FILE REPEATS OUT [fuzzy|bayes|dempster-shafer [shared|oriolo]]
 //! ```
 //!
 //! `FILE` holds one scan per line: `x y heading range…`, metres and radians. A sonar has one beam of 25 degrees and 6 m;
 //! a laser looks over 180 degrees and sees up to 50 m.
-//! The time is the mean of the one thread on its processor; with the feature `parallel`, by the wall.
+//! The time is the median over the repeats, of the one thread on its processor; with the feature `parallel`, by the wall.
 //! Writes `OUT.pgm` (grey `254 (1 − p)`, 205 unknown; for sonar the 450 × 350 cells from the origin) and `OUT.png`
 //! (empty, occupied, contradictory and unexplored told apart), and prints one line of JSON.
 
@@ -16,16 +16,18 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::io::Write;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use global_grid::local_grid::nalgebra::{Isometry2, Vector2};
-use global_grid::local_grid::{RangeSensor, Scan, SensorKind};
-use global_grid::{Calculus, GridMap, GridOptions, assemble, write_picture};
+use global_grid::local_grid::{RangeSensor, Scan, SensorKind, SonarCone};
+use global_grid::{Calculus, GridMap, GridOptions, SonarModel, assemble, write_picture};
+use rustix::time::{ClockId, clock_gettime};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [kind, file, repeats, out, rest @ ..] = arguments.as_slice() else {
-        return Err("usage: known_poses sonar|laser FILE REPEATS OUT [fuzzy|bayes|dempster-shafer]".into());
+        return Err(
+            "usage: known_poses sonar|laser FILE REPEATS OUT [fuzzy|bayes|dempster-shafer [shared|oriolo]]".into()
+        );
     };
     let sonar = kind == "sonar";
     let scans = read(&std::fs::read_to_string(file)?, sonar)?;
@@ -35,15 +37,24 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some("dempster-shafer") => Calculus::DempsterShafer,
         Some(other) => return Err(format!("no such calculus: {other}").into()),
     };
-    let options = GridOptions { resolution: if sonar { 0.1 } else { 0.05 }, calculus, ..GridOptions::default() };
-    let (repeats, mut map) = (repeats.parse::<usize>()?.max(1), None);
-    let clock = Clock::start();
-    for _ in 0..repeats {
+    let model = match rest.get(1).map(String::as_str) {
+        None | Some("shared") => SonarModel::default(),
+        Some("oriolo") => SonarModel::Cone(SonarCone::default()),
+        Some(other) => return Err(format!("no such model: {other}").into()),
+    };
+    let resolution = if sonar { 0.1 } else { 0.05 };
+    let options = GridOptions { resolution, calculus, sonar: model, ..GridOptions::default() };
+    let (mut times, mut map) = (Vec::new(), None);
+    for _ in 0..repeats.parse::<usize>()?.max(1) {
+        drop(map.take());
+        let start = milliseconds();
         let built = assemble(scans.iter().map(|(pose, scan)| (pose, scan)), &options)?;
         built.settle();
+        times.push(milliseconds() - start);
         map = Some(built);
     }
-    let ms = clock.milliseconds() / to_f64(repeats);
+    times.sort_by(f64::total_cmp);
+    let ms = times[times.len() / 2];
     let map = map.ok_or("nothing was built")?;
     let readings: usize = scans.iter().map(|(_, scan)| scan.readings().len()).sum();
     let per = ms * 1e6 / to_f64(readings);
@@ -53,26 +64,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Time of this thread on a processor, which other programs do not disturb; by the wall where the system does not tell.
-struct Clock {
-    wall: Instant,
-    busy: Option<u64>,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self { wall: Instant::now(), busy: Self::busy() }
-    }
-
-    /// Nanoseconds that the thread has run so far.
-    fn busy() -> Option<u64> {
-        std::fs::read_to_string("/proc/thread-self/schedstat").ok()?.split_whitespace().next()?.parse().ok()
-    }
-
-    fn milliseconds(&self) -> f64 {
-        let busy = self.busy.zip(Self::busy()).map(|(start, end)| Duration::from_nanos(end - start));
-        busy.filter(|_| cfg!(not(feature = "parallel"))).unwrap_or_else(|| self.wall.elapsed()).as_secs_f64() * 1e3
-    }
+/// Milliseconds that this thread has run on a processor, which other programs hardly disturb; by the wall where many do.
+fn milliseconds() -> f64 {
+    let clock = if cfg!(feature = "parallel") { ClockId::Monotonic } else { ClockId::ThreadCPUTime };
+    let time = clock_gettime(clock);
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of days")]
+    let ns = time.tv_nsec as f64;
+    #[expect(clippy::cast_precision_loss, reason = "seconds of years")]
+    let s = time.tv_sec as f64;
+    s * 1e3 + ns * 1e-6
 }
 
 fn to_f64(count: usize) -> f64 {

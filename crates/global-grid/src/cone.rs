@@ -20,6 +20,30 @@ pub(crate) struct Cone {
     half_width: (f32, f32),
 }
 
+/// Half the width of a cone with its sine and cosine: worked out once for many readings of one sensor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Opening {
+    half_width: f64,
+    sin_cos: (f64, f64),
+}
+
+impl Default for Opening {
+    fn default() -> Self {
+        Self { half_width: 0.0, sin_cos: (0.0, 1.0) }
+    }
+}
+
+impl Opening {
+    /// Sine and cosine of `half_width` radians.
+    #[expect(clippy::float_cmp, reason = "only the very same angle has the same sine")]
+    pub(crate) fn of(&mut self, half_width: f64) -> (f64, f64) {
+        if half_width != self.half_width {
+            *self = Self { half_width, sin_cos: half_width.sin_cos() };
+        }
+        self.sin_cos
+    }
+}
+
 /// So far off that it bounds nothing.
 const FAR: f32 = 1e9;
 
@@ -52,22 +76,23 @@ impl Cone {
         }
     }
 
-    /// The rows `[first, last)`, relative to the apex' cell, that the cone can reach within `radius` cells.
-    pub(crate) fn rows(&self, radius: f32) -> (i32, i32) {
+    /// The rows `[first, last)`, relative to the apex' cell, that the cone can reach between two radii, in cells.
+    pub(crate) fn rows(&self, inner: f32, outer: f32) -> (i32, i32) {
         let ((ax, ay), (sin, cos)) = (self.axis, self.half_width);
-        let (right, left) = (ay * cos - ax * sin, ay * cos + ax * sin);
-        let low = if -ay >= cos { -1.0 } else { right.min(left).min(0.0) };
-        let high = if ay >= cos { 1.0 } else { right.max(left).max(0.0) };
-        (nearest(low * radius + self.within.1), nearest(high * radius + self.within.1))
+        let (low, high) = reach(ay, (ay * cos - ax * sin, ay * cos + ax * sin), cos, (inner, outer));
+        (nearest(low + self.within.1), nearest(high + self.within.1))
     }
 
-    /// The columns `[first, last)`, relative to the apex' cell, that the cone can reach within `radius` cells.
-    pub(crate) fn columns(&self, radius: f32) -> (i32, i32) {
+    /// The columns `[first, last)`, relative to the apex' cell, that the cone can reach between two radii, in cells.
+    pub(crate) fn columns(&self, inner: f32, outer: f32) -> (i32, i32) {
         let ((ax, ay), (sin, cos)) = (self.axis, self.half_width);
-        let (right, left) = (ax * cos + ay * sin, ax * cos - ay * sin);
-        let low = if -ax >= cos { -1.0 } else { right.min(left).min(0.0) };
-        let high = if ax >= cos { 1.0 } else { right.max(left).max(0.0) };
-        (nearest(low * radius + self.within.0), nearest(high * radius + self.within.0))
+        let (low, high) = reach(ax, (ax * cos + ay * sin, ax * cos - ay * sin), cos, (inner, outer));
+        (nearest(low + self.within.0), nearest(high + self.within.0))
+    }
+
+    /// The unit vector along the axis.
+    pub(crate) fn axis(&self) -> (f32, f32) {
+        self.axis
     }
 
     /// How far north of the apex the middle of a row lies.
@@ -87,21 +112,36 @@ impl Cone {
     /// The columns `[first, last)`, relative to the apex' cell, of the cells within the cone and within `radius` cells:
     /// those of [`CHUNK`] rows from `row` on. An empty span has `first >= last`.
     pub(crate) fn spans(&self, row: i32, radius: f32) -> [(i32, i32); CHUNK] {
-        let (square, start) = (radius * radius.abs(), self.northing(row));
-        let mut spans = [(0, 0); CHUNK];
-        for (k, span) in spans.iter_mut().enumerate() {
+        self.nested_spans(row, [radius])[0]
+    }
+
+    /// As [`Cone::spans`], for several radii at once.
+    pub(crate) fn nested_spans<const N: usize>(&self, row: i32, radii: [f32; N]) -> [[(i32, i32); CHUNK]; N] {
+        let (squares, start) = (radii.map(|radius| radius * radius.abs()), self.northing(row));
+        let mut spans = [[(0, 0); CHUNK]; N];
+        for k in 0..CHUNK {
             #[expect(clippy::cast_precision_loss, reason = "below 16")]
             let dy = start + k as f32;
-            let left = square - dy * dy;
-            let half = larger(left, 0.0).sqrt();
             let below = larger(self.lower[0].0 * dy + self.lower[0].1, self.lower[1].0 * dy + self.lower[1].1);
             let above = smaller(self.upper[0].0 * dy + self.upper[0].1, self.upper[1].0 * dy + self.upper[1].1);
-            let first = smaller(larger(below, -half), half);
-            let last = larger(smaller(above, half), -half);
-            *span = (nearest(first + self.within.0), nearest(last + self.within.0));
+            for (spans, square) in spans.iter_mut().zip(squares) {
+                let half = larger(square - dy * dy, 0.0).sqrt();
+                let first = smaller(larger(below, -half), half);
+                let last = larger(smaller(above, half), -half);
+                spans[k] = (nearest(first + self.within.0), nearest(last + self.within.0));
+            }
         }
         spans
     }
+}
+
+/// How far a ring between two radii reaches down and up one axis, of whose unit the cone's axis has the share `along` and
+/// its two edges the shares `edges`.
+fn reach(along: f32, edges: (f32, f32), cos: f32, (inner, outer): (f32, f32)) -> (f32, f32) {
+    let (lowest, highest) = (smaller(edges.0, edges.1), larger(edges.0, edges.1));
+    let low = if -along >= cos { -outer } else { lowest * if lowest < 0.0 { outer } else { inner } };
+    let high = if along >= cos { outer } else { highest * if highest > 0.0 { outer } else { inner } };
+    (low, high)
 }
 
 /// `max` without regard to NaN, which is one instruction.
@@ -153,7 +193,7 @@ mod tests {
                 let off = point.y.abs() * half_width.cos() - point.x * half_width.sin(); // metres outside the edge
                 point.coords.norm() <= radius + slack && off <= slack && point.x >= -slack
             };
-            let rows = cone.rows(single(radius));
+            let rows = cone.rows(0.0, single(radius));
             for first in (-80..80).step_by(CHUNK) {
                 let spans = cone.spans(first, single(radius));
                 for (row, span) in (first..).zip(spans) {

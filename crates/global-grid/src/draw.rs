@@ -3,7 +3,9 @@ use nalgebra::{Isometry2, Point2};
 use std::sync::Arc;
 
 use crate::calculus::Step;
+use crate::cone::Opening;
 use crate::fan::{Fan, FanPen, FanSteps};
+use crate::oriolo::{ConeTables, Row};
 use crate::plane::{TILE, Window};
 use crate::sonar::{model_of, sweep};
 use crate::sums::Sums;
@@ -18,9 +20,15 @@ pub(crate) enum Direction {
 
 impl Direction {
     fn of(self, units: u16) -> u32 {
+        self.signed(u32::from(units))
+    }
+
+    /// What is added to a sum that wraps.
+    #[inline]
+    pub(crate) fn signed(self, units: u32) -> u32 {
         match self {
-            Self::In => u32::from(units),
-            Self::Out => u32::from(units).wrapping_neg(),
+            Self::In => units,
+            Self::Out => units.wrapping_neg(),
         }
     }
 }
@@ -31,10 +39,15 @@ pub(crate) struct Pen {
     /// What a reading of a [`SharedEcho`](crate::SharedEcho) sonar, or of a laser, adds where it says most.
     sonar: Step,
     laser: Step,
-    /// Kept from sonar to sonar, for empty evidence only.
+    /// Kept from sonar to sonar, for empty and for occupied evidence.
     swept: Window,
+    heard: Window,
+    opening: Opening,
     window: Window,
     points: Window,
+    /// Oriolo's cone, where the options ask for it.
+    oriolo: Option<ConeTables>,
+    row: Row,
     fan_pen: FanPen,
     known: Option<Arc<RangeSensor>>,
     fan: Option<Fan>,
@@ -47,10 +60,18 @@ impl Pen {
         let (empty, occupied) = (options.laser.empty, options.laser.occupied);
         let laser = Step { empty: most(options, empty, 0.0).empty, occupied: most(options, 0.0, occupied).occupied };
         let window = Window::default();
+        let oriolo = match &options.sonar {
+            SonarModel::Cone(model) => ConeTables::new(model, options),
+            SonarModel::Shared(_) | SonarModel::Regions(_) => None,
+        };
         Self {
             sonar,
             laser,
+            oriolo,
+            row: Row::default(),
             swept: Window::default(),
+            heard: Window::default(),
+            opening: Opening::default(),
             window,
             points: Window::default(),
             fan_pen: FanPen::default(),
@@ -62,6 +83,7 @@ impl Pen {
     /// Forgets where tiles are kept, after some were released.
     pub(crate) fn forget_tiles(&mut self) {
         self.swept = Window::default();
+        self.heard = Window::default();
     }
 
     /// Draws one scan.
@@ -76,9 +98,14 @@ impl Pen {
         match (scan.sensor().kind(), &options.sonar) {
             (SensorKind::Sonar, SonarModel::Shared(model)) => {
                 let units = direction.of(self.sonar.empty);
-                sweep(&mut sums.empty, &mut self.swept, (model, options.resolution), posed, units);
+                sweep(&mut sums.empty, (&mut self.swept, &mut self.opening), (model, options.resolution), posed, units);
             }
-            (SensorKind::Sonar, SonarModel::Cone(model)) => self.each(sums, options, model, posed, direction),
+            (SensorKind::Sonar, SonarModel::Cone(model)) => match &self.oriolo {
+                Some(tables) => {
+                    tables.draw(sums, (&mut self.swept, &mut self.heard, &mut self.row), posed, direction);
+                }
+                None => self.each(sums, options, model, posed, direction),
+            },
             (SensorKind::Sonar, SonarModel::Regions(model)) => self.each(sums, options, model, posed, direction),
             (SensorKind::Laser | SensorKind::Infrared, _) => self.rays(sums, options, posed, direction),
         }

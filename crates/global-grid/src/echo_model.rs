@@ -15,6 +15,9 @@ use crate::options::{GridError, check};
 /// O ← Σ echo · q / (doubt + Σ q)                                      each echo shared out; `rounds` times
 /// ```
 ///
+/// A cell that would get less than 1/256 of an echo gets nothing of it, then and in later rounds: most of an arc lies in the
+/// open, and is not asked twice.
+///
 /// This is the expectation step of a mixture of causes, repeated a few times. It depends on ratios of evidence, so it
 /// gets sharper, not saturated, with more readings: specular readings sweep over walls, but do not outweigh them.
 /// The result does not depend on the order of the readings. Only a map that holds all readings can do this

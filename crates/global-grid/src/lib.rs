@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod arcs;
 mod assemble;
 mod calculus;
 mod cone;
@@ -14,6 +15,7 @@ pub mod map_server;
 mod moravec_elfes;
 mod occupancy;
 mod options;
+mod oriolo;
 mod picture;
 pub mod plan;
 mod plane;

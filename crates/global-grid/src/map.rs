@@ -217,12 +217,12 @@ impl GridMap {
     }
 
     fn check_pose(&self, key: u64, pose: &Isometry2<f64>) -> Result<(), GridError> {
-        let (at, heading) = (pose.translation.vector, pose.rotation.angle());
+        let (at, turn) = (pose.translation.vector, pose.rotation);
         let limit = MAX_POSE_CELLS * self.options.resolution;
-        if at.x.abs() <= limit && at.y.abs() <= limit && heading.is_finite() {
+        if at.x.abs() <= limit && at.y.abs() <= limit && turn.re.is_finite() && turn.im.is_finite() {
             return Ok(()); // NaN fails the comparisons
         }
-        Err(GridError::Pose { key, x: at.x, y: at.y, heading, limit })
+        Err(GridError::Pose { key, x: at.x, y: at.y, heading: turn.angle(), limit })
     }
 
     fn check_range(&self, key: u64, scan: &Scan) -> Result<(), GridError> {

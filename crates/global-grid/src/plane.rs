@@ -1,6 +1,8 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
+use crate::draw::Direction;
+
 /// The edge of a tile in cells.
 pub(crate) const TILE: usize = 64;
 /// `log2` of the edge of a tile.
@@ -158,6 +160,13 @@ impl Window {
         self.slots[at] = plane.slot((row >> SHIFT, self.low.1 + column));
     }
 
+    /// The first column of a column of tiles, and where in the plane (slot, then place) the line of `row` in it starts.
+    #[inline]
+    pub(crate) fn line(&mut self, plane: &mut Plane, row: i32, tile_column: usize) -> (i32, u32) {
+        let left = (self.low.1 + whole(tile_column)) << SHIFT;
+        (left, self.slot(plane, row, tile_column) << (2 * SHIFT) | (row & ((1 << SHIFT) - 1)).unsigned_abs() << SHIFT)
+    }
+
     /// The tile of a cell and the cell's place in it.
     pub(crate) fn cell(&mut self, plane: &mut Plane, row: i32, column: i32) -> (u32, usize) {
         (self.slot(plane, row, self.tile_column(column)), place(row, column))
@@ -177,6 +186,62 @@ impl Window {
             let tile = self.tile(plane, row, right);
             let end = place(row, 0) + end;
             tile[end] = tile[end].wrapping_sub(units);
+        }
+    }
+
+    /// As [`Window::add_span`] for spans of rows one above the other, from `row` on: what of them lies in one column of
+    /// tiles. An empty span ends where it starts, or before.
+    pub(crate) fn add_spans(
+        &mut self,
+        plane: &mut Plane,
+        mut row: i32,
+        tile_column: usize,
+        mut spans: &[(i32, i32)],
+        units: u32,
+    ) {
+        let (left, edge) = ((self.low.1 + whole(tile_column)) << SHIFT, 1 << SHIFT);
+        while !spans.is_empty() {
+            let (now, later) = spans.split_at(spans.len().min(TILE - within(row)));
+            let (lines, _) = self.tile(plane, row, tile_column)[place(row, 0)..].as_chunks_mut::<TILE>();
+            for (line, &(first, last)) in lines.iter_mut().zip(now) {
+                let (first, last) = ((first - left).max(0), (last - left).min(edge));
+                if first < last {
+                    let (start, end) = (within(first), within(last));
+                    line[start] = line[start].wrapping_add(units);
+                    if last < edge {
+                        line[end] = line[end].wrapping_sub(units);
+                    }
+                }
+            }
+            row += whole(now.len());
+            spans = later;
+        }
+    }
+
+    /// Adds a value of its own to each cell of a row of a plane that holds differences along rows, from `(row, column)` on.
+    pub(crate) fn add_values(
+        &mut self,
+        plane: &mut Plane,
+        (row, column): (i32, i32),
+        mut values: &[u32],
+        out: Direction,
+    ) {
+        let mut column = column;
+        while !values.is_empty() {
+            let start = within(column);
+            let (now, later) = values.split_at(values.len().min(TILE - start));
+            let (slot, place) = self.cell(plane, row, column);
+            let line = &mut plane.tile_mut(slot)[place..place + TILE - start];
+            let mut before = 0u32;
+            for (difference, &value) in line.iter_mut().zip(now) {
+                *difference = difference.wrapping_add(out.signed(value.wrapping_sub(before)));
+                before = value;
+            }
+            if let Some(difference) = line.get_mut(now.len()) {
+                *difference = difference.wrapping_sub(out.signed(before));
+            }
+            column += whole(now.len());
+            values = later;
         }
     }
 
@@ -205,11 +270,6 @@ fn extent(low: i32, high: i32) -> usize {
 #[expect(clippy::cast_sign_loss, reason = "the mask leaves 0..63")]
 pub(crate) fn within(cell: i32) -> usize {
     (cell & ((1 << SHIFT) - 1)) as usize
-}
-
-/// How many cells from this column on lie in its tile.
-pub(crate) fn left_in_tile(column: i32) -> i32 {
-    (1 << SHIFT) - (column & ((1 << SHIFT) - 1))
 }
 
 /// The place of a cell within its tile.

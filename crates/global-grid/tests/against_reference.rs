@@ -186,7 +186,9 @@ fn share_slowly(
         for arc in &arcs {
             let total: f64 = arc.iter().map(|(cell, weight)| weight * pull(cell)).sum();
             for (cell, weight) in arc {
-                *next.entry(*cell).or_default() += model.echo * weight * pull(cell) / (total + model.doubt);
+                let share = weight * pull(cell) / (total + model.doubt);
+                let counts = share >= 1.0 / 256.0;
+                *next.entry(*cell).or_default() += if counts { model.echo * share } else { 0.0 };
             }
         }
         occupied = next;
