@@ -52,6 +52,26 @@ fn a_run_is_judged_with_its_odometry_beside() {
 }
 
 #[test]
+fn a_run_is_judged_by_another_run() {
+    let (folder, other) = (run_folder(), run_folder());
+    let other = other.path().to_str().unwrap();
+    let scores = document(&[".", "--reference", other], &folder);
+    assert_eq!((&scores["ate"]["pairs"], &scores["ate"]["translation_m"]["max"]), (&30.into(), &0.0.into()));
+    assert!(scores["odometry"]["ate"]["translation_m"]["max"].as_f64().unwrap() > 1.0);
+}
+
+#[test]
+fn paths_whose_clocks_do_not_tick_together_are_compared_at_all_true_stamps() {
+    let folder = run_folder();
+    let line = |k: i32| format!("{} {} 0 0 0 0 0 1\n", 1.0 + 0.75 * f64::from(k), 2.0 * (1.0 + 0.75 * f64::from(k)));
+    std::fs::write(folder.path().join("slow.tum"), (0..20).map(line).collect::<String>()).unwrap();
+    let scores = document(&[".", "--truth", "slow.tum"], &folder);
+    assert_eq!((&scores["ate"]["pairs"], &scores["ate"]["pairing"]), (&20.into(), &"interpolated".into()));
+    let scores = document(&[".", "--truth", "slow.tum", "--pair", "nearest"], &folder);
+    assert_eq!((&scores["ate"]["pairs"], &scores["ate"]["pairing"]), (&5.into(), &"nearest".into()));
+}
+
+#[test]
 fn maps_are_compared() {
     let folder = run_folder();
     let scores = document(&[".", "--truth", "map.yaml"], &folder);

@@ -14,6 +14,7 @@ mod agreement;
 mod alignment;
 mod distance_field;
 mod map_match;
+mod pairing;
 mod path;
 mod path_error;
 mod recognition;
@@ -23,6 +24,7 @@ mod statistics;
 
 pub use alignment::{Alignment, Fit, align};
 pub use map_match::{MapMatch, WallMatch, compare_maps, map_score};
+pub use pairing::Pairing;
 pub use path::{PathError, TimedPath};
 pub use path_error::{AbsoluteError, Delta, RelativeError, absolute_error, relative_error};
 pub use recognition::{Contingency, Recognition};

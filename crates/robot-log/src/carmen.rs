@@ -71,6 +71,7 @@ impl Default for CarmenOptions {
 /// | `SONAR` | [`EntryKind::Scan`] without odometry |
 /// | `IMU` | [`EntryKind::Heading`], the yaw of its quaternion |
 /// | `TRUEPOS` | [`EntryKind::Truth`] |
+/// | `LOOP` (our own, see [`CarmenWriter`](crate::CarmenWriter)) | [`EntryKind::Recognition`] |
 /// | `PARAM` | none; mounts and range limits are taken from it |
 /// | anything else in capitals, `#` comments | none |
 ///
@@ -210,6 +211,7 @@ impl Parser {
                 EntryKind::Odometry { odom_from_robot }
             }
             b"TRUEPOS" => truth(&mut words)?,
+            b"LOOP" => recognition(&mut words)?,
             b"IMU" => match imu::heading(&mut words, &self.params, &self.options)? {
                 Some(kind) => kind,
                 None => return pass_over(name.text, report),
@@ -295,6 +297,12 @@ fn odometry(words: &mut Words<'_>) -> Result<Isometry2<f64>, Fault> {
     let odom_from_robot = pose(words, "the robot")?;
     words.skip(3, "the velocities and the acceleration of the robot")?;
     Ok(odom_from_robot)
+}
+
+/// `LOOP earlier similarity`, a message of our own: that the robot is where it was at the stamp `earlier`.
+fn recognition(words: &mut Words<'_>) -> Result<EntryKind, Fault> {
+    let earlier = words.number("the earlier stamp in seconds")?;
+    Ok(EntryKind::Recognition { earlier, similarity: words.number("the similarity")? })
 }
 
 /// `TRUEPOS true_x true_y true_theta odom_x odom_y odom_theta`.

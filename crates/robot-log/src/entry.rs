@@ -33,6 +33,13 @@ pub enum EntryKind {
         /// Its standard deviation in radians.
         deviation: f64,
     },
+    /// The robot's own recogniser finds that it is where it was at an earlier moment. It may be wrong, and often is.
+    Recognition {
+        /// That moment, in seconds on the log's clock; not after the entry's own stamp.
+        earlier: f64,
+        /// How alike the two views are: more is more alike, on whatever scale the recogniser has.
+        similarity: f64,
+    },
     /// Where the robot really was, for evaluation only; the mapper never looks at it.
     Truth {
         /// The robot's true pose in the map frame of the experiment.

@@ -10,6 +10,7 @@ mod lines;
 mod merge;
 mod open;
 mod report;
+mod rsf;
 mod source;
 mod survey;
 mod write;

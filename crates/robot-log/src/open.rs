@@ -7,6 +7,7 @@ use crate::entry::Entry;
 use crate::error::{LogError, LogErrorKind};
 use crate::merge::Merge;
 use crate::report::LogReport;
+use crate::rsf::RsfReader;
 use crate::source::Source;
 
 /// One file of a log: its name, for errors, and its bytes, plain or compressed with gzip.
@@ -69,6 +70,7 @@ pub struct LogReader {
 pub(crate) enum Stream {
     Carmen(CarmenReader<Input>),
     Csv(CsvReader<Input>),
+    Rsf(RsfReader),
 }
 
 /// Opens a log that may consist of several `inputs`; the first bytes of each tell what it is.
@@ -100,6 +102,9 @@ impl Stream {
         match &options.robot {
             Some(_) if head.contains(&0) => Err(LogError::whole(name, LogErrorKind::Binary)),
             Some(robot) => CsvReader::from_source(name, reader, robot, options.carmen.lenient).map(Self::Csv),
+            None if RsfReader::recognizes(&head) => {
+                RsfReader::from_source(name, reader, options.carmen.lenient).map(Self::Rsf)
+            }
             None => CarmenReader::from_source(name, reader, &head, options.carmen.clone()).map(Self::Carmen),
         }
     }
@@ -111,6 +116,7 @@ impl LogReader {
         self.files.streams().map(|stream| match stream {
             Stream::Carmen(reader) => reader.report(),
             Stream::Csv(reader) => reader.report(),
+            Stream::Rsf(reader) => reader.report(),
         })
     }
 }
@@ -135,6 +141,7 @@ impl Iterator for Stream {
         match self {
             Self::Carmen(reader) => reader.next(),
             Self::Csv(reader) => reader.next(),
+            Self::Rsf(reader) => reader.next(),
         }
     }
 }

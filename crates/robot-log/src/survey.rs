@@ -35,6 +35,8 @@ pub struct Survey {
     pub scans: u64,
     /// Absolute headings.
     pub headings: u64,
+    /// Recognitions that the robot's own recogniser claims.
+    pub recognitions: u64,
     /// True poses.
     pub truths: u64,
     /// The first and the last stamp in seconds.
@@ -91,6 +93,7 @@ impl Survey {
                 self.scan(scan, entry.stamp);
             }
             EntryKind::Heading { .. } => self.headings += 1,
+            EntryKind::Recognition { .. } => self.recognitions += 1,
             EntryKind::Truth { .. } => self.truths += 1,
         }
     }
@@ -203,6 +206,7 @@ struct Document<'a> {
     odometry: u64,
     scans: u64,
     headings: u64,
+    recognitions: u64,
     truths: u64,
     first_stamp_s: Option<f64>,
     duration_s: f64,
@@ -237,6 +241,7 @@ impl Serialize for Survey {
             odometry: self.poses,
             scans: self.scans,
             headings: self.headings,
+            recognitions: self.recognitions,
             truths: self.truths,
             first_stamp_s: self.stamps.map(|(first, _)| first),
             duration_s: self.duration(),

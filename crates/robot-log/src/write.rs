@@ -11,7 +11,7 @@ use crate::entry::{Entry, EntryKind};
 ///
 /// A fan of rays that comes with the robot's odometry becomes `ROBOTLASER1` (a second such sensor `ROBOTLASER2`); every other sensor becomes
 /// `SONAR`, whose mounts are free, after an `ODOM` line where the entry has odometry (such an entry reads back as two).
-/// Headings go into the attitude of `IMU`, the truth into `TRUEPOS`; what these lines have no field for (names, range limits, deviations)
+/// Headings go into the attitude of `IMU`, the truth into `TRUEPOS`, recognitions into `LOOP` lines of our own; what these lines have no field for (names, range limits, deviations)
 /// goes into `PARAM` lines. An echo at exactly the maximum range is written a hair nearer, because at that range CARMEN means no echo.
 ///
 /// ```
@@ -52,6 +52,10 @@ impl<W: Write> CarmenWriter<W> {
             EntryKind::Odometry { odom_from_robot } => self.odometry(odom_from_robot, stamp),
             EntryKind::Scan { odom_from_robot, scan } => self.scan(odom_from_robot.as_ref(), scan, stamp),
             EntryKind::Heading { heading, deviation } => self.heading(*heading, *deviation, stamp),
+            EntryKind::Recognition { earlier, similarity } => {
+                write!(self.out, "LOOP {earlier} {similarity}")?;
+                self.end(stamp)
+            }
             EntryKind::Truth { map_from_robot } => {
                 write!(self.out, "TRUEPOS {}", Pose(map_from_robot))?;
                 let odometry = self.odom_from_robot;

@@ -12,6 +12,7 @@ mod damage;
 mod described;
 mod recorded;
 mod round_trip;
+mod rsf;
 
 use std::path::PathBuf;
 

@@ -39,6 +39,10 @@ fn assert_same(a: &Entry, b: &Entry) {
             assert_relative_eq!(a.beam_width(), b.beam_width(), epsilon = 1e-12);
             a.mounts().iter().zip(b.mounts()).for_each(|(a, b)| assert_relative_eq!(a, b, epsilon = 1e-9));
         }
+        (
+            EntryKind::Recognition { earlier: a, similarity: p },
+            EntryKind::Recognition { earlier: b, similarity: q },
+        ) => assert_eq!((a, p), (b, q)),
         other => panic!("another kind: {other:?}"),
     }
 }
@@ -72,6 +76,7 @@ fn kind() -> impl Strategy<Value = EntryKind> {
         pose().prop_map(|map_from_robot| EntryKind::Truth { map_from_robot }),
         (-3.0..3.0, 0.001..0.5)
             .prop_map(|(heading, deviation)| EntryKind::Heading { heading: Heading::from_radians(heading), deviation }),
+        (0.0..1.0, 0.0..1.0).prop_map(|(earlier, similarity)| EntryKind::Recognition { earlier, similarity }),
         readings(16).prop_map(move |readings| scan(None, sonar(), readings)),
         readings(41).prop_map(move |readings| scan(None, laser("third"), readings)),
         (pose(), readings(41)).prop_map(move |(pose, readings)| scan(Some(pose), laser("front"), readings)),

@@ -2,8 +2,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use hierarchy::evaluate::{
-    AbsoluteError, Alignment, Delta, MapMatch, RelationsError, RelationsOptions, RelativeError, Sharpness, TimedPath,
-    absolute_error, compare_maps, read_relations, relations_error, relative_error, sharpness,
+    AbsoluteError, Alignment, Delta, MapMatch, Pairing, RelationsError, RelationsOptions, RelativeError, Sharpness,
+    TimedPath, absolute_error, compare_maps, read_relations, relations_error, relative_error, sharpness,
 };
 use nalgebra::Isometry2;
 use serde::Serialize;
@@ -26,6 +26,7 @@ use subject::{Subject, is_map, read_map, read_path};
 /// Examples:
 ///   topogrid evaluate runs/office --truth office.log
 ///   topogrid evaluate runs/intel --relations intel.relations --json
+///   topogrid evaluate runs/sonar --reference runs/laser
 ///   topogrid evaluate runs/office --truth true_map.yaml --fail-on 'map.free_iou<0.8'
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
@@ -33,8 +34,9 @@ pub(crate) struct EvaluateArgs {
     /// What is judged: a run folder, a trajectory (.tum), or a log (its odometry)
     #[arg(value_name = "RUN")]
     subject: PathBuf,
-    /// What is true: a trajectory (.tum), a log (its true poses, else its odometry), or a map (.yaml); may be given twice
-    #[arg(long, value_name = "FILE")]
+    /// What is true: a trajectory (.tum), a log (its true poses, else its odometry), another run folder (its trajectory),
+    /// or a map (.yaml); may be given twice
+    #[arg(long, visible_alias = "reference", value_name = "FILE|RUN")]
     truth: Vec<PathBuf>,
     /// True relations between stamps: `stamp stamp x y z roll pitch yaw` per line
     #[arg(long, value_name = "FILE")]
@@ -48,6 +50,10 @@ pub(crate) struct EvaluateArgs {
     /// How the path is laid onto the true one first
     #[arg(long, value_name = "HOW", default_value = "rigid")]
     align: AlignChoice,
+    /// At which stamps: those of the nearest poses, as evo does, or interpolated ones; `auto` interpolates where fewer
+    /// than nine of ten find a partner
+    #[arg(long, value_name = "HOW", default_value = "auto")]
+    pair: PairChoice,
     /// Stamps so many seconds apart are still the same
     #[arg(long, value_name = "S", default_value_t = 0.01)]
     apart: f64,
@@ -75,6 +81,24 @@ impl From<AlignChoice> for Alignment {
             AlignChoice::Rigid => Self::Rigid,
             AlignChoice::Origin => Self::Origin,
             AlignChoice::None => Self::None,
+        }
+    }
+}
+
+/// At which stamps paths are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum PairChoice {
+    Auto,
+    Nearest,
+    Interpolate,
+}
+
+impl EvaluateArgs {
+    fn pairing(&self, estimate: &TimedPath, reference: &TimedPath) -> Pairing {
+        match self.pair {
+            PairChoice::Auto => Pairing::automatic(estimate, reference, self.apart),
+            PairChoice::Nearest => Pairing::Nearest { apart: self.apart },
+            PairChoice::Interpolate => Pairing::Interpolated { gap: f64::INFINITY },
         }
     }
 }
@@ -112,8 +136,10 @@ pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure>
     let relations = relations.transpose()?;
     let carrier = subject.odometry.as_ref().filter(|_| args.carry);
     let scores = |path: &TimedPath, carrier: Option<&TimedPath>| Scores {
-        ate: truth.as_ref().and_then(|truth| absolute_error(path, truth, args.align.into(), args.apart)),
-        rpe: truth.as_ref().and_then(|truth| relative_error(path, truth, Delta::Metres(args.stretch), args.apart)),
+        ate: truth.as_ref().and_then(|truth| absolute_error(path, truth, args.align.into(), args.pairing(path, truth))),
+        rpe: truth
+            .as_ref()
+            .and_then(|truth| relative_error(path, truth, Delta::Metres(args.stretch), args.pairing(path, truth))),
         relations: relations
             .as_ref()
             .map(|relations| relations_error(path, relations, carrier, &RelationsOptions::default())),

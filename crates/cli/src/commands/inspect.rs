@@ -128,6 +128,9 @@ fn describe(path: &Path, survey: &Survey, reports: &[&LogReport]) -> String {
             "none but the odometry's".to_owned()
         }
     );
+    if survey.recognitions > 0 {
+        let _ = writeln!(text, "  recognised {} resemblances by the robot's own recogniser", survey.recognitions);
+    }
     if survey.truths > 0 {
         let _ = writeln!(text, "  truth      {} true poses", survey.truths);
     }

@@ -9,7 +9,8 @@ use nalgebra::{Isometry2, Vector2};
 use robot_log::{CarmenOptions, CarmenReader, EntryKind};
 
 use super::{
-    Alignment, Delta, RelationsOptions, TimedPath, absolute_error, read_relations, relations_error, relative_error,
+    Alignment, Delta, Pairing, RelationsOptions, TimedPath, absolute_error, read_relations, relations_error,
+    relative_error,
 };
 
 /// An ellipse, and a distorted, turned and moved version of every other pose of it, 4 ms late.
@@ -31,7 +32,7 @@ fn paths() -> (TimedPath, TimedPath) {
 #[test]
 fn absolute_errors_are_those_that_evo_prints() {
     let (estimate, reference) = paths();
-    let error = |alignment| absolute_error(&estimate, &reference, alignment, 0.01).unwrap();
+    let error = |alignment| absolute_error(&estimate, &reference, alignment, Pairing::default()).unwrap();
     let rigid = error(Alignment::Rigid);
     let figures = rigid.translation_m;
     for (ours, theirs) in [
@@ -55,10 +56,10 @@ fn absolute_errors_are_those_that_evo_prints() {
 #[test]
 fn relative_errors_are_those_that_evo_prints() {
     let (estimate, reference) = paths();
-    let five = relative_error(&estimate, &reference, Delta::Poses(5), 0.01).unwrap().translation_m;
+    let five = relative_error(&estimate, &reference, Delta::Poses(5), Pairing::default()).unwrap().translation_m;
     assert_relative_eq!(five.max, 0.867975, epsilon = 1.1e-6);
     assert_relative_eq!(five.mean, 0.427176, epsilon = 1.1e-6);
-    let one = relative_error(&estimate, &reference, Delta::Poses(1), 0.01).unwrap().translation_m;
+    let one = relative_error(&estimate, &reference, Delta::Poses(1), Pairing::default()).unwrap().translation_m;
     assert_relative_eq!(one.rmse, 0.190444, epsilon = 1.1e-6);
 }
 

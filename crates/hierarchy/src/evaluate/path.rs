@@ -141,6 +141,15 @@ impl TimedPath {
         let at = from.translation.vector.lerp(&to.translation.vector, share);
         Some(Isometry2::from_parts(at.into(), from.rotation * UnitComplex::new(share * turn)))
     }
+
+    /// The pose at `stamp`, interpolated where two poses at most `gap` seconds apart enclose it; `None` elsewhere.
+    #[must_use]
+    pub fn between(&self, stamp: f64, gap: f64) -> Option<Isometry2<f64>> {
+        let after = self.stamps.partition_point(|other| *other < stamp);
+        let later = *self.stamps.get(after)?;
+        let enclosed = later == stamp || (after > 0 && later - self.stamps[after - 1] <= gap);
+        enclosed.then(|| self.at(stamp)).flatten()
+    }
 }
 
 /// `stamp x y z qx qy qz qw` as a pose in the plane.

@@ -10,7 +10,7 @@ use super::Survey;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
-    /// No scan: there is nothing to draw a map from.
+    /// No scan, and no recogniser of the robot's own: there is nothing to make a map from.
     NoScans,
     /// No odometry: there is nothing to place the scans by.
     NoOdometry,
@@ -102,7 +102,7 @@ impl Survey {
     pub fn findings<'a>(&self, reports: impl IntoIterator<Item = &'a LogReport>) -> Vec<Finding> {
         let mut findings = Vec::new();
         let mut note = |holds: bool, finding: Finding| holds.then(|| findings.push(finding));
-        note(self.scans == 0, Finding::NoScans);
+        note(self.scans == 0 && self.recognitions == 0, Finding::NoScans);
         note(self.poses == 0, Finding::NoOdometry);
         let (metres, stamp) = self.longest_step;
         // Robots of such logs drive below 3 m/s; thinned-out logs have a pose every few metres.

@@ -31,10 +31,7 @@ impl Subject {
             return Ok(Self { path: read_path(path, reading, false)?, odometry, map: None });
         }
         let file = |name: &str| Some(path.join(name)).filter(|file| file.exists());
-        let Some(trajectory) = file("trajectory.tum") else {
-            let message = format!("{} is no run folder: there is no trajectory.tum in it", path.display());
-            return Err(Failure::new(Exit::Rejected, "evaluate.folder", message));
-        };
+        let trajectory = trajectory_of(path)?;
         let beside = || file("odometry.tum").map(|file| read_path(&file, reading, false)).transpose();
         let odometry = odometry.map_or_else(beside, |odometry| Ok(Some(odometry)))?;
         let map = file("map.yaml").map(|file| read_map(&file)).transpose()?;
@@ -42,13 +39,26 @@ impl Subject {
     }
 }
 
+/// The trajectory in a run folder.
+fn trajectory_of(folder: &Path) -> Result<PathBuf, Failure> {
+    let file = folder.join("trajectory.tum");
+    if file.exists() {
+        return Ok(file);
+    }
+    let message = format!("{} is no run folder: there is no trajectory.tum in it", folder.display());
+    Err(Failure::new(Exit::Rejected, "evaluate.folder", message))
+}
+
 /// Whether the name is that of a map's description.
 pub(super) fn is_map(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml")
 }
 
-/// The path in a trajectory file or a log; of a log the odometry, or with `truth` its true poses where it has some.
+/// The path in a run folder, a trajectory file or a log; of a log the odometry, or with `truth` its true poses where it has some.
 pub(super) fn read_path(path: &Path, reading: &ReadingArgs, truth: bool) -> Result<TimedPath, Failure> {
+    if path.is_dir() {
+        return read_path(&trajectory_of(path)?, reading, truth);
+    }
     if path.extension().is_some_and(|extension| extension == "tum") {
         return TimedPath::read_tum(files::open(path)?)
             .map_err(|error| Failure::rejected(path, "trajectory.parse", &error));

@@ -1,5 +1,7 @@
 use std::fmt::Write as _;
 
+use hierarchy::evaluate::AbsoluteError;
+
 use super::{Report, Scores};
 
 /// A line of the table: what it is, how it is read from the scores of a path, decimals, unit.
@@ -27,6 +29,12 @@ pub(super) fn render(report: &Report) -> String {
     let compared = report.estimate.ate.is_some() || report.estimate.relations.is_some();
     if compared {
         let _ = writeln!(text, "\n  {:<18} {:>14} {:>14}", "", "odometry", "this");
+    }
+    if let Some(ate) = &report.estimate.ate {
+        let of = |ate: &AbsoluteError| format!("{} {}", ate.pairs, ate.pairing);
+        let odometry =
+            report.odometry.as_ref().and_then(|scores| scores.ate.as_ref()).map_or_else(|| "–".to_owned(), of);
+        let _ = writeln!(text, "  {:<18} {odometry:>14} {:>14}", "poses compared", of(ate));
     }
     for (name, read, decimals, unit) in ROWS {
         let Some(value) = read(&report.estimate) else { continue };
