@@ -1,6 +1,7 @@
 use nalgebra::{Isometry2, Point2};
 use topo_map::{Displacement, PlaceId, TopoMap};
 
+use crate::directions::HeldHeading;
 use crate::problem::{Problem, RelaxationError};
 
 /// Where the places are in the map: what relaxation makes of the links.
@@ -11,6 +12,7 @@ use crate::problem::{Problem, RelaxationError};
 pub struct Coordinates {
     map_from_place: Vec<Isometry2<f64>>,
     sweeps: usize,
+    held: Vec<HeldHeading>,
 }
 
 /// How one relaxation went.
@@ -26,9 +28,33 @@ pub struct Relaxation {
     pub max_shift: f64,
 }
 
+/// Headings in radians that differ by less are the same.
+const SAME_HEADING: f64 = 1e-6;
+
 impl Coordinates {
     pub(crate) fn restored(map_from_place: Vec<Isometry2<f64>>, sweeps: usize) -> Self {
-        Self { map_from_place, sweeps }
+        Self { map_from_place, sweeps, held: Vec::new() }
+    }
+
+    /// The headings that the building holds; empty where a compass holds them all, or nothing does.
+    #[must_use]
+    pub fn held(&self) -> &[HeldHeading] {
+        &self.held
+    }
+
+    /// Lets the building hold these headings from now on; answers whether that is news.
+    pub(crate) fn hold(&mut self, held: Vec<HeldHeading>) -> bool {
+        let same = |(a, b): (&HeldHeading, &HeldHeading)| {
+            a.place == b.place && relaxation::wrap(a.heading - b.heading).abs() < SAME_HEADING
+        };
+        let news = held.len() != self.held.len() || !held.iter().zip(&self.held).all(same);
+        self.held = held;
+        news
+    }
+
+    /// Puts every place somewhere else: a start from which to relax.
+    pub(crate) fn put(&mut self, map_from_place: Vec<Isometry2<f64>>) {
+        self.map_from_place = map_from_place;
     }
 
     /// Where a place is and how its axes are turned; the identity for one that has never been placed.
@@ -66,7 +92,7 @@ impl Coordinates {
     ///
     /// A link that is no spring, which the topological map should have refused.
     pub fn problem<S>(&self, map: &TopoMap<S>) -> Result<Problem, RelaxationError> {
-        Problem::new(map)
+        Problem::held(map, &self.held)
     }
 
     /// One sweep over all places: the paper's share of relaxation for each added place.
@@ -75,7 +101,7 @@ impl Coordinates {
     ///
     /// As [`Coordinates::problem`].
     pub fn sweep<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, RelaxationError> {
-        let problem = Problem::new(map)?;
+        let problem = self.problem(map)?;
         let before = self.padded(map);
         let after = problem.swept(&before)?;
         self.sweeps += 1;
@@ -88,7 +114,7 @@ impl Coordinates {
     ///
     /// As [`Coordinates::problem`].
     pub fn relax<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, RelaxationError> {
-        let problem = Problem::new(map)?;
+        let problem = self.problem(map)?;
         let before = self.padded(map);
         let after = problem.relaxed(&before)?;
         Ok(self.accept(&problem, &before, &after, 0))

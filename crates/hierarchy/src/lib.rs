@@ -3,15 +3,18 @@
 mod atlas;
 mod config;
 mod coordinates;
+mod directions;
 pub mod evaluate;
 mod event;
 mod exploration;
+mod eyes;
 mod floor_plan;
 mod front_end;
 mod laser;
 mod mapper;
 mod metrics;
 mod problem;
+mod proposals;
 mod query;
 mod reach;
 mod recognize;
@@ -29,6 +32,7 @@ pub use config::{
     RelaxationConfig, RelaxationPolicy,
 };
 pub use coordinates::{Coordinates, Relaxation};
+pub use directions::HeldHeading;
 pub use event::Event;
 pub use exploration::{Ended, Errand, Exploration, ExplorationError};
 pub use floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};

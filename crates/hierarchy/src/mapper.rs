@@ -3,16 +3,19 @@ use std::sync::Arc;
 
 use global_grid::SonarModel;
 use nalgebra::{Isometry2, Point2};
-use robot_log::Entry;
 use robot_log::local_grid::{FrameError, FuzzyGrid, Signature, SonarCone};
+use robot_log::{Entry, EntryKind};
 use topo_map::{Displacement, Link, PlaceId, TopoMap, Turn};
 
-use crate::config::{Config, ConfigError, RelaxationPolicy};
+use crate::config::{Config, ConfigError, HeadingMode, RelaxationPolicy};
 use crate::coordinates::{Coordinates, Relaxation};
+use crate::directions::held_headings;
 use crate::event::Event;
+use crate::eyes::{Eyes, touch};
 use crate::floor_plan::FloorPlan;
 use crate::front_end::{FrontEnd, SenseError, Sensed};
 use crate::problem::RelaxationError;
+use crate::proposals::Proposals;
 use crate::recognize::{Closure, Recognizer, Verdict};
 use crate::session::records::{StoredTracker, topology};
 use crate::sight::Sight;
@@ -37,12 +40,14 @@ use crate::trajectory::{Anchor, Sample, Trajectory};
 #[derive(Debug)]
 pub struct Mapper {
     config: Config,
+    eyes: Eyes,
     front_end: FrontEnd,
     sight: Sight,
     trajectory: Trajectory,
     map: TopoMap<Arc<Signature>>,
     coordinates: Coordinates,
     recognizer: Recognizer,
+    proposals: Proposals,
     tally: Tally,
     names: BTreeMap<PlaceId, String>,
     floor_plan: FloorPlan,
@@ -113,12 +118,14 @@ impl Mapper {
     pub fn new(config: Config) -> Result<Self, MapperError> {
         config.check()?;
         Ok(Self {
+            eyes: Eyes::default(),
             front_end: FrontEnd::new(&config),
             sight: Sight::default(),
             trajectory: Trajectory::default(),
             map: TopoMap::new(),
             coordinates: Coordinates::default(),
             recognizer: Recognizer::new(&config),
+            proposals: Proposals::default(),
             tally: Tally::default(),
             names: BTreeMap::new(),
             floor_plan: FloorPlan::default(),
@@ -140,18 +147,22 @@ impl Mapper {
             signatures[anchor.place.index()] = sight.signature(track_from_place.translation.vector.into(), seen)?;
         }
         let map = topology(&visits, links, |place| Arc::clone(&signatures[place.index()]))?;
-        Ok(Self {
+        let mut restored = Self {
+            eyes: Eyes::restored(samples.last().map(|sample| &sample.scan)),
             front_end: FrontEnd::restored(&config, from.tracker, from.held_by_scans, samples)?,
             sight,
             map,
             coordinates: Coordinates::restored(from.poses, from.sweeps),
             recognizer: Recognizer::restored(&config, from.closures),
+            proposals: Proposals::default(),
             tally: from.tally,
             names: from.names,
             floor_plan: from.floor_plan,
             trajectory,
             config,
-        })
+        };
+        restored.let_building_hold();
+        Ok(restored)
     }
 
     /// Takes in one entry; all levels are consistent when it returns.
@@ -161,15 +172,34 @@ impl Mapper {
     /// An entry that is not finite or not in order. The map is then as it was before.
     pub fn push(&mut self, entry: &Entry) -> Result<Vec<Event>, MapperError> {
         self.tally.check(entry)?;
-        let sensed = self.front_end.observe(entry)?;
         self.tally.count(entry);
-        match sensed {
-            Sensed::Nothing => Ok(Vec::new()),
-            Sensed::FrameTurned(turn) => {
+        let mut events = Vec::new();
+        for due in self.eyes.admit(entry) {
+            events.extend(self.take_in(&due)?);
+        }
+        Ok(events)
+    }
+
+    fn take_in(&mut self, entry: &Entry) -> Result<Vec<Event>, MapperError> {
+        let sensed = self.front_end.observe(entry)?;
+        match (sensed, &entry.kind) {
+            (Sensed::Nothing, EntryKind::Recognition { earlier, similarity }) => {
+                self.proposals.push(entry.stamp, *earlier, *similarity);
+                Ok(Vec::new())
+            }
+            (Sensed::Nothing, EntryKind::Odometry { odom_from_robot }) if self.eyes.are_shut() => self.travel(Sample {
+                stamp: entry.stamp,
+                track_from_robot: self.track_from_robot(),
+                odom_from_robot: *odom_from_robot,
+                travelled: self.front_end.tracker.travelled(),
+                scan: touch(),
+            }),
+            (Sensed::Nothing, _) => Ok(Vec::new()),
+            (Sensed::FrameTurned(turn), _) => {
                 self.trajectory.rotate(turn);
                 Ok(Vec::new())
             }
-            Sensed::Scan(sample) => self.travel(sample),
+            (Sensed::Scan(sample), _) => self.travel(sample),
         }
     }
 
@@ -179,14 +209,53 @@ impl Mapper {
     ///
     /// As [`Mapper::push`].
     pub fn finish(&mut self) -> Result<Vec<Event>, MapperError> {
-        let mut events = self.complete_place()?;
+        let mut events = Vec::new();
+        for due in self.eyes.release() {
+            events.extend(self.take_in(&due)?);
+        }
+        events.extend(self.complete_place()?);
         let refused = self.recognizer.finish(&self.coordinates);
         events.extend(self.close(refused)?);
+        events.extend(self.weigh_proposals()?);
         if self.config.relaxation.policy == RelaxationPolicy::Converge && !self.map.places().is_empty() {
             let relaxation = self.coordinates.relax(&self.map)?;
             events.push(relaxed(relaxation));
         }
+        self.let_building_hold(); // as a session that is read back will have it
         Ok(events)
+    }
+
+    /// Decides what the robot's own recogniser proposed, all of it together.
+    fn weigh_proposals(&mut self) -> Result<Vec<Event>, MapperError> {
+        if !self.config.recognition.enabled {
+            return Ok(Vec::new());
+        }
+        let spacing = self.config.places.spacing_m;
+        let Some(weighed) = self.proposals.weigh(&self.map, &self.trajectory, spacing)? else { return Ok(Vec::new()) };
+        self.recognizer.remember(&weighed.closures);
+        self.coordinates.put(weighed.poses);
+        let events = self.close(weighed.closures)?;
+        if self.config.relaxation.policy == RelaxationPolicy::Converge {
+            for _ in 0..HOLDS {
+                if !self.let_building_hold() {
+                    break;
+                }
+                self.coordinates.relax(&self.map)?;
+            }
+        }
+        Ok(events)
+    }
+
+    /// Where the robot sees no walls and has no compass, the directions of travel hold its headings; answers whether
+    /// they say something else than before.
+    fn let_building_hold(&mut self) -> bool {
+        let source = self.config.heading.source;
+        let wanted = matches!(source, HeadingMode::Auto | HeadingMode::Structure);
+        if !(wanted && self.eyes.are_shut()) || self.front_end.tracker.has_compass() {
+            return false;
+        }
+        let poses = self.coordinates.padded(&self.map);
+        self.coordinates.hold(held_headings(&self.map, &poses, &self.config.heading))
     }
 
     /// A scan was taken: perhaps the robot has come to another place.
@@ -283,7 +352,7 @@ impl Mapper {
         let seen = self.seen_since(anchor.travelled);
         let signature = self.sight.signature(track_from_place.translation.vector.into(), seen)?;
         self.map.describe(anchor.place, signature)?;
-        if !self.config.recognition.enabled {
+        if !self.config.recognition.enabled || self.eyes.are_shut() {
             return Ok(Vec::new());
         }
         let closures = self.recognizer.consider(&self.map, &self.coordinates, anchor.place);
@@ -387,10 +456,12 @@ impl Mapper {
         &self.tally
     }
 
-    /// Where headings came from so far: `compass`, `structure` (the fit of successive scans) or `odometry`.
+    /// Where headings came from so far: `compass`, `structure` (the fit of successive scans, or the directions of
+    /// travel where there are none) or `odometry`.
     #[must_use]
     pub fn heading_source(&self) -> &'static str {
-        match (self.front_end.tracker.has_compass(), self.front_end.is_held_by_scans()) {
+        let structure = self.front_end.is_held_by_scans() || !self.coordinates.held().is_empty();
+        match (self.front_end.tracker.has_compass(), structure) {
             (true, _) => "compass",
             (false, true) => "structure",
             (false, false) => "odometry",
@@ -449,6 +520,8 @@ impl Mapper {
     }
 }
 
+/// Rounds in which the building's direction and the map settle on each other.
+const HOLDS: usize = 30;
 /// The least standard deviation of a link, in metres: no two visits to a place see exactly the same.
 const POSITION_FLOOR: f64 = 0.02;
 /// The least variance of a turn between places, in rad²: (0.3°)².

@@ -1,9 +1,11 @@
 use nalgebra::{Isometry2, Matrix2, Matrix3, Point2, Rotation2};
 use relaxation::{
-    Auto, Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring, Solver,
-    Spring, descend, relax_poses, sweep,
+    Auto, Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring,
+    RobustError, Solver, Spring, descend, relax_poses, sweep,
 };
 use topo_map::{Link, TopoMap};
+
+use crate::directions::HeldHeading;
 
 /// The measured links of a topological map as a problem of relaxation: the one place where links become springs.
 ///
@@ -27,6 +29,9 @@ pub enum RelaxationError {
     /// As a graph of poses.
     #[error(transparent)]
     Poses(#[from] PoseGraphError),
+    /// As a graph of poses with links that may be false.
+    #[error(transparent)]
+    Robust(#[from] RobustError),
 }
 
 /// Variance in rad² of a turn that a link states as certain, among others that do not: (0.06°)².
@@ -39,10 +44,20 @@ impl Problem {
     ///
     /// A link that is no spring, which the topological map should have refused.
     pub fn new<S>(map: &TopoMap<S>) -> Result<Self, RelaxationError> {
+        Self::held(map, &[])
+    }
+
+    /// The same with headings that the building holds, where no compass does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Problem::new`].
+    pub fn held<S>(map: &TopoMap<S>, headings: &[HeldHeading]) -> Result<Self, RelaxationError> {
         let nodes = map.places().len();
         let measured = || map.links().iter().filter(|link| link.is_measured());
         if measured().any(|link| link.displacement.turn.is_some()) {
-            let springs: Vec<PoseSpring> = measured().map(pose_spring).collect();
+            let mut springs: Vec<PoseSpring> = measured().map(pose_spring).collect();
+            springs.extend(headings.iter().filter(|held| held.place.index() > 0).map(heading_spring));
             return Ok(Self::Poses(PoseGraph::new(nodes, &springs)?));
         }
         Ok(Self::Positions(Box::new(network(map)?)))
@@ -131,7 +146,7 @@ fn spring(link: &Link) -> Spring {
     Spring { from, to, rest: displacement.vector, covariance: displacement.covariance }
 }
 
-fn pose_spring(link: &Link) -> PoseSpring {
+pub(crate) fn pose_spring(link: &Link) -> PoseSpring {
     let displacement = &link.displacement;
     let (change, variance) = displacement.turn.map_or((0.0, CERTAIN), |turn| (turn.change, turn.variance));
     // The link's covariance is seen from its first place, the spring's error from the measured pose.
@@ -144,6 +159,16 @@ fn pose_spring(link: &Link) -> PoseSpring {
     let from_to = Pose::new(displacement.vector.x, displacement.vector.y, change);
     PoseSpring { from: link.from.index(), to: link.to.index(), from_to, information }
 }
+
+/// A spring from the first place, which is held, that says nothing of positions.
+fn heading_spring(held: &HeldHeading) -> PoseSpring {
+    let from_to = Pose::new(0.0, 0.0, relaxation::wrap(held.heading));
+    let information = Matrix3::from_diagonal(&[NOTHING, NOTHING, 1.0 / held.variance].into());
+    PoseSpring { from: 0, to: held.place.index(), from_to, information }
+}
+
+/// As little information in 1/m² as a spring may have.
+const NOTHING: f64 = 1e-9;
 
 fn positions(poses: &[Isometry2<f64>]) -> Vec<Point2<f64>> {
     poses.iter().map(|pose| pose.translation.vector.into()).collect()
@@ -161,6 +186,6 @@ fn plain(poses: &[Isometry2<f64>]) -> Vec<Pose> {
     poses.iter().map(pose).collect()
 }
 
-fn isometries(poses: &[Pose]) -> Vec<Isometry2<f64>> {
+pub(crate) fn isometries(poses: &[Pose]) -> Vec<Isometry2<f64>> {
     poses.iter().map(|pose| Isometry2::new(pose.translation(), pose.heading)).collect()
 }

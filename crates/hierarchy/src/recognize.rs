@@ -62,6 +62,11 @@ pub enum Verdict {
         /// Logarithm of the odds against chance.
         log_odds: f64,
     },
+    /// A proposal of the robot's own recogniser that the map which explains most of them contradicts.
+    Contradicted {
+        /// The squared distance at which that map has the two moments, in σ of "the same spot".
+        chi2: f64,
+    },
     /// Too few successive views agreed while they were remembered.
     NoAgreement {
         /// The most that did.
@@ -73,6 +78,7 @@ impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Accepted { agreed, log_odds } => write!(f, "{agreed} views agree, log odds {log_odds:.1}"),
+            Self::Contradicted { chi2 } => write!(f, "the map has the two {:.1} σ apart", chi2.sqrt()),
             Self::NoAgreement { agreed } => write!(f, "only {agreed} successive views agreed"),
         }
     }
@@ -187,6 +193,11 @@ impl Recognizer {
         decided.extend(self.decide(coordinates));
         self.closures.extend(decided.iter().copied());
         decided
+    }
+
+    /// Keeps decisions that were made elsewhere.
+    pub(crate) fn remember(&mut self, closures: &[Closure]) {
+        self.closures.extend_from_slice(closures);
     }
 
     /// Nothing more will come: what still waits is refused.

@@ -37,6 +37,9 @@ impl Tally {
             EntryKind::Heading { heading, deviation } if !(heading.radians() + deviation).is_finite() => {
                 Some("the heading")
             }
+            EntryKind::Recognition { earlier, similarity } if !(earlier + similarity).is_finite() => {
+                Some("the recognition")
+            }
             _ => None,
         };
         if let Some(what) = what {

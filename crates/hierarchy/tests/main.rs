@@ -6,5 +6,6 @@
 mod logs;
 mod office_loop;
 mod real_logs;
+mod recognitions;
 mod rooms;
 mod sessions;

@@ -6,6 +6,7 @@
     reason = "a test that cannot set itself up must fail, and one that is skipped says so"
 )]
 
+mod any_bytes;
 mod carmen;
 mod csv;
 mod damage;

@@ -226,6 +226,8 @@ fn stored_closure(closure: &Closure) -> StoredClosure {
     let (agreed, log_odds) = match closure.verdict {
         Verdict::Accepted { agreed, log_odds } => (agreed, Some(log_odds)),
         Verdict::NoAgreement { agreed } => (agreed, None),
+        // Every other closure agrees with itself at least.
+        Verdict::Contradicted { chi2 } => (0, Some(chi2)),
     };
     StoredClosure {
         place: closure.place.0,
@@ -240,8 +242,11 @@ fn stored_closure(closure: &Closure) -> StoredClosure {
 
 fn restored_closure(closure: &StoredClosure) -> Closure {
     let agreed = closure.agreed as usize;
-    let verdict =
-        closure.log_odds.map_or(Verdict::NoAgreement { agreed }, |log_odds| Verdict::Accepted { agreed, log_odds });
+    let verdict = match closure.log_odds {
+        None => Verdict::NoAgreement { agreed },
+        Some(chi2) if agreed == 0 => Verdict::Contradicted { chi2 },
+        Some(log_odds) => Verdict::Accepted { agreed, log_odds },
+    };
     Closure {
         place: PlaceId(closure.place),
         known: PlaceId(closure.known),
