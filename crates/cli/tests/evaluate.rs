@@ -119,3 +119,30 @@ fn the_truth_of_a_log_judges_its_odometry() {
     let scores = document(&["sim.log", "--truth", "sim.log", "--align", "none"], &folder);
     assert_eq!(scores["ate"]["translation_m"]["max"], 8.0);
 }
+
+#[test]
+fn a_run_with_its_session_is_asked_what_it_recognised() {
+    let folder = tempfile::tempdir().unwrap();
+    // Ten metres to and fro, four times; the recogniser is right once a metre, and wrong as often.
+    let mut text = String::new();
+    for k in 0..400 {
+        let (stamp, leg) = (0.5 * f64::from(k), f64::from(k / 100));
+        let gone = 0.1 * f64::from(k % 100);
+        let x = if k / 100 % 2 == 0 { gone } else { 10.0 - gone };
+        let heading = leg * std::f64::consts::PI;
+        text += &format!("TRUEPOS {x} 0 {heading} {x} 0 {heading} {stamp} h {stamp}\n");
+        text += &format!("ODOM {} 0 {heading} 0 0 0 {stamp} h {stamp}\n", 1.01 * x);
+        if k >= 200 && k % 10 == 0 {
+            let (right, wrong) = (stamp - 100.0, stamp - 80.0);
+            text += &format!("LOOP {right} 0.9 {stamp} h {stamp}\nLOOP {wrong} 0.1 {stamp} h {stamp}\n");
+        }
+    }
+    std::fs::write(folder.path().join("blind.log"), text).unwrap();
+    topogrid().current_dir(folder.path()).args(["run", "blind.log", "-o", "run"]).assert().code(0);
+    let scores = document(&["run", "--truth", "blind.log"], &folder);
+    let recognition = &scores["recognition"];
+    assert_eq!(recognition["precision"], 1.0, "{recognition}");
+    assert!(recognition["recall"].as_f64().unwrap() > 0.4, "{recognition}");
+    assert!(scores["localization"]["uncertainty_coefficient"].as_f64().unwrap() > 0.5, "{scores}");
+    assert!(scores["odometry"]["localization"]["accuracy"].is_number());
+}

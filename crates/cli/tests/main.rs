@@ -3,6 +3,7 @@
 
 mod convert;
 mod evaluate;
+mod evo;
 mod gridmaps;
 mod inspect;
 mod manners;

@@ -5,7 +5,8 @@
 //! | how far off is a path? | [`absolute_error`], after [`align`] |
 //! | how far off is each step? | [`relative_error`] |
 //! | are the true relations met? | [`relations_error`] |
-//! | does the robot know its place? | [`Contingency`], [`Recognition`] |
+//! | does the robot know its place? | [`localization`], by its [`Contingency`] |
+//! | does it know a place again? | [`recognition`] |
 //! | are the walls where they should be? | [`compare_maps`], [`map_score`] |
 //! | is the map sharp, where nothing is known to be true? | [`sharpness`], [`mean_entropy`] |
 
@@ -13,16 +14,19 @@
 mod agreement;
 mod alignment;
 mod distance_field;
+mod localization;
 mod map_match;
 mod pairing;
 mod path;
 mod path_error;
 mod recognition;
 mod relations;
+mod revisits;
 mod sharpness;
 mod statistics;
 
 pub use alignment::{Alignment, Fit, align};
+pub use localization::{Localization, localization};
 pub use map_match::{MapMatch, WallMatch, compare_maps, map_score};
 pub use pairing::Pairing;
 pub use path::{PathError, TimedPath};
@@ -31,5 +35,6 @@ pub use recognition::{Contingency, Recognition};
 pub use relations::{
     ErrorParts, Relation, RelationsError, RelationsOptions, RelationsParseError, read_relations, relations_error,
 };
+pub use revisits::recognition;
 pub use sharpness::{Sharpness, mean_entropy, sharpness, wall_thickness};
 pub use statistics::Statistics;

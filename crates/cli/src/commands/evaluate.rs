@@ -1,25 +1,23 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hierarchy::evaluate::{
-    AbsoluteError, Alignment, Delta, MapMatch, Pairing, RelationsError, RelationsOptions, RelativeError, Sharpness,
-    TimedPath, absolute_error, compare_maps, read_relations, relations_error, relative_error, sharpness,
-};
+use hierarchy::evaluate::{Alignment, MapMatch, Sharpness, compare_maps, sharpness};
 use nalgebra::Isometry2;
 use serde::Serialize;
 
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::files;
 use crate::input::ReadingArgs;
 
 mod gate;
+mod judge;
 mod subject;
 mod table;
 
 use gate::Gate;
-use subject::{Subject, is_map, read_map, read_path};
+use judge::{Judge, RecognitionScores, Scores};
+use subject::{Subject, is_map, read_map};
 
 /// How good a run is: against the truth, with the names and values that evo prints, or without one
 ///
@@ -60,6 +58,9 @@ pub(crate) struct EvaluateArgs {
     /// Length of the stretches of the relative error, in metres of the true path
     #[arg(long, value_name = "M", default_value_t = 1.0)]
     stretch: f64,
+    /// Edge of the cells of floor for which it is asked whether the robot knows in which one it is, in metres
+    #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = crate::input::positive)]
+    cell: f64,
     /// End with exit code 4 where this holds, such as 'rmse>0.3' or 'relations.far.translation_mean_m>0.1'; may be repeated
     #[arg(long, value_name = "EXPR")]
     fail_on: Vec<Gate>,
@@ -93,16 +94,6 @@ enum PairChoice {
     Interpolate,
 }
 
-impl EvaluateArgs {
-    fn pairing(&self, estimate: &TimedPath, reference: &TimedPath) -> Pairing {
-        match self.pair {
-            PairChoice::Auto => Pairing::automatic(estimate, reference, self.apart),
-            PairChoice::Nearest => Pairing::Nearest { apart: self.apart },
-            PairChoice::Interpolate => Pairing::Interpolated { gap: f64::INFINITY },
-        }
-    }
-}
-
 /// What is printed, as JSON or as a table.
 #[derive(Debug, Serialize)]
 struct Report {
@@ -113,55 +104,26 @@ struct Report {
     #[serde(flatten)]
     estimate: Scores,
     odometry: Option<Scores>,
+    recognition: Option<RecognitionScores>,
     map: Option<MapMatch>,
     sharpness: Option<Sharpness>,
-}
-
-/// The scores of one path.
-#[derive(Debug, Serialize)]
-struct Scores {
-    ate: Option<AbsoluteError>,
-    rpe: Option<RelativeError>,
-    relations: Option<RelationsError>,
 }
 
 /// Judges the run and prints the scores.
 pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure> {
     let subject = Subject::read(&args.subject, args.odometry.as_deref(), &args.reading)?;
-    let truth_path = args.truth.iter().find(|path| !is_map(path));
-    let truth = truth_path.map(|path| read_path(path, &args.reading, true)).transpose()?;
-    let relations = args.relations.as_ref().map(|path| {
-        read_relations(files::open(path)?).map_err(|error| Failure::rejected(path, "relations.parse", &error))
-    });
-    let relations = relations.transpose()?;
+    let judge = Judge::read(args)?;
     let carrier = subject.odometry.as_ref().filter(|_| args.carry);
-    let scores = |path: &TimedPath, carrier: Option<&TimedPath>| Scores {
-        ate: truth.as_ref().and_then(|truth| absolute_error(path, truth, args.align.into(), args.pairing(path, truth))),
-        rpe: truth
-            .as_ref()
-            .and_then(|truth| relative_error(path, truth, Delta::Metres(args.stretch), args.pairing(path, truth))),
-        relations: relations
-            .as_ref()
-            .map(|relations| relations_error(path, relations, carrier, &RelationsOptions::default())),
-    };
-    let estimate = scores(&subject.path, carrier);
-    if let (Some(path), None) = (truth_path, &estimate.ate) {
-        let message =
-            format!("no stamp of {} lies within {} s of one of {}", args.subject.display(), args.apart, path.display());
-        return Err(Failure::new(Exit::Rejected, "evaluate.stamps", message)
-            .help("allow more with --apart, or check the clocks"));
-    }
-    if estimate.relations.is_some_and(|relations| relations.all.is_none()) {
-        let message = "no relation lies within the time of the trajectory";
-        return Err(Failure::new(Exit::Rejected, "evaluate.stamps", message).help("check that both use the same clock"));
-    }
+    let estimate = judge.scores(&subject.path, carrier);
+    judge.check(&estimate)?;
     let aligned = estimate.ate.as_ref().map_or_else(Isometry2::identity, |ate| ate.reference_from_estimate);
     let report = Report {
         schema: "topogrid/evaluate/1",
         file: args.subject.display().to_string(),
         poses: subject.path.len(),
         path_length_m: subject.path.length(),
-        odometry: subject.odometry.as_ref().map(|path| scores(path, None)),
+        odometry: subject.odometry.as_ref().map(|path| judge.scores(path, None)),
+        recognition: judge.recognition()?,
         map: compare(args, &subject, &aligned)?,
         sharpness: subject.map.as_ref().map(|(map, _)| sharpness(map)),
         estimate,

@@ -69,6 +69,8 @@ pub struct Recognition {
     pub right: usize,
     /// Visits to places visited before.
     pub revisits: usize,
+    /// Those of them for which something right was claimed.
+    pub recognized: usize,
 }
 
 impl Recognition {
@@ -81,7 +83,7 @@ impl Recognition {
     /// The share of the revisits that are recognised; 1 where there are none.
     #[must_use]
     pub fn recall(&self) -> f64 {
-        ratio(self.right, self.revisits)
+        ratio(self.recognized, self.revisits)
     }
 }
 
@@ -118,9 +120,9 @@ mod tests {
 
     #[test]
     fn silence_is_precise_and_useless() {
-        let silent = Recognition { claimed: 0, right: 0, revisits: 5 };
+        let silent = Recognition { claimed: 0, right: 0, revisits: 5, recognized: 0 };
         assert_eq!((silent.precision(), silent.recall()), (1.0, 0.0));
-        let bold = Recognition { claimed: 4, right: 3, revisits: 6 };
+        let bold = Recognition { claimed: 4, right: 3, revisits: 6, recognized: 3 };
         assert_eq!((bold.precision(), bold.recall()), (0.75, 0.5));
     }
 }

@@ -2,12 +2,12 @@ use std::fmt::Write as _;
 
 use hierarchy::evaluate::AbsoluteError;
 
-use super::{Report, Scores};
+use super::{RecognitionScores, Report, Scores};
 
 /// A line of the table: what it is, how it is read from the scores of a path, decimals, unit.
 type Row = (&'static str, fn(&Scores) -> Option<f64>, usize, &'static str);
 
-const ROWS: [Row; 13] = [
+const ROWS: [Row; 15] = [
     ("ATE rmse", |scores| Some(scores.ate.as_ref()?.translation_m.rmse), 3, "m"),
     ("ATE mean", |scores| Some(scores.ate.as_ref()?.translation_m.mean), 3, "m"),
     ("ATE max", |scores| Some(scores.ate.as_ref()?.translation_m.max), 3, "m"),
@@ -16,6 +16,8 @@ const ROWS: [Row; 13] = [
     ("fitted rotation", |scores| Some(scores.ate.as_ref()?.fitted_rotation_deg), 2, "°"),
     ("RPE mean", |scores| Some(scores.rpe.as_ref()?.translation_m.mean), 3, "m"),
     ("RPE turn, mean", |scores| Some(scores.rpe.as_ref()?.rotation_deg.mean), 2, "°"),
+    ("U(L|R)", |scores| scores.localization.as_ref()?.uncertainty_coefficient, 3, ""),
+    ("in the right cell", |scores| Some(100.0 * scores.localization.as_ref()?.accuracy?), 1, "%"),
     ("relations, mean", |scores| Some(scores.relations?.all?.translation_mean_m), 4, "m"),
     ("  turn, mean", |scores| Some(scores.relations?.all?.rotation_mean_deg), 3, "°"),
     ("  up to 15 s", |scores| Some(scores.relations?.near?.translation_mean_m), 4, "m"),
@@ -41,6 +43,13 @@ pub(super) fn render(report: &Report) -> String {
         let shown = |value: f64| format!("{value:.decimals$} {unit}");
         let odometry = report.odometry.as_ref().and_then(read).map_or_else(|| "–".to_owned(), shown);
         let _ = writeln!(text, "  {name:<18} {odometry:>14} {:>14}", shown(value));
+    }
+    if let Some(RecognitionScores { precision, recall, counts }) = &report.recognition {
+        let _ = writeln!(
+            text,
+            "\n  recognition: precision {precision:.3} of {} closures, recall {recall:.3} of {} revisited places",
+            counts.claimed, counts.revisits
+        );
     }
     if let Some(map) = &report.map {
         let _ = writeln!(text, "\n  {:<18} {:>14} {:>14}", "walls within", "precision", "recall");

@@ -1,0 +1,102 @@
+use hierarchy::Mapper;
+use hierarchy::evaluate::{
+    AbsoluteError, Delta, Localization, Pairing, Recognition, Relation, RelationsError, RelationsOptions,
+    RelativeError, TimedPath, absolute_error, localization, read_relations, recognition, relations_error,
+    relative_error,
+};
+use nalgebra::Isometry2;
+use serde::Serialize;
+
+use super::subject::{is_map, read_path};
+use super::{EvaluateArgs, PairChoice};
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::files;
+
+/// The scores of one path.
+#[derive(Debug, Serialize)]
+pub(super) struct Scores {
+    pub(super) ate: Option<AbsoluteError>,
+    pub(super) rpe: Option<RelativeError>,
+    pub(super) localization: Option<Localization>,
+    pub(super) relations: Option<RelationsError>,
+}
+
+/// How well the run knew places again.
+#[derive(Debug, Serialize)]
+pub(super) struct RecognitionScores {
+    pub(super) precision: f64,
+    pub(super) recall: f64,
+    #[serde(flatten)]
+    pub(super) counts: Recognition,
+}
+
+/// What paths are judged by.
+pub(super) struct Judge<'a> {
+    args: &'a EvaluateArgs,
+    truth: Option<TimedPath>,
+    relations: Option<Vec<Relation>>,
+}
+
+impl<'a> Judge<'a> {
+    /// Reads the true path and the true relations, as far as they are named.
+    pub(super) fn read(args: &'a EvaluateArgs) -> Result<Self, Failure> {
+        let path = args.truth.iter().find(|path| !is_map(path));
+        let truth = path.map(|path| read_path(path, &args.reading, true)).transpose()?;
+        let relations = args.relations.as_ref().map(|path| {
+            read_relations(files::open(path)?).map_err(|error| Failure::rejected(path, "relations.parse", &error))
+        });
+        Ok(Self { args, truth, relations: relations.transpose()? })
+    }
+
+    /// The scores of a path; where poses are few, `carrier` brings them to the stamps of the relations.
+    pub(super) fn scores(&self, path: &TimedPath, carrier: Option<&TimedPath>) -> Scores {
+        let (args, truth) = (self.args, self.truth.as_ref());
+        let pairing = truth.map_or_else(Pairing::default, |truth| self.pairing(path, truth));
+        let ate = truth.and_then(|truth| absolute_error(path, truth, args.align.into(), pairing));
+        let aligned = ate.as_ref().map_or_else(Isometry2::identity, |ate| ate.reference_from_estimate);
+        let options = RelationsOptions::default();
+        Scores {
+            rpe: truth.and_then(|truth| relative_error(path, truth, Delta::Metres(args.stretch), pairing)),
+            localization: truth.and_then(|truth| localization(path, truth, &aligned, pairing, args.cell)),
+            relations: self.relations.as_ref().map(|relations| relations_error(path, relations, carrier, &options)),
+            ate,
+        }
+    }
+
+    fn pairing(&self, estimate: &TimedPath, reference: &TimedPath) -> Pairing {
+        match self.args.pair {
+            PairChoice::Auto => Pairing::automatic(estimate, reference, self.args.apart),
+            PairChoice::Nearest => Pairing::Nearest { apart: self.args.apart },
+            PairChoice::Interpolate => Pairing::Interpolated { gap: f64::INFINITY },
+        }
+    }
+
+    /// Whether what was named could be compared with at all.
+    pub(super) fn check(&self, scores: &Scores) -> Result<(), Failure> {
+        if self.truth.is_some() && scores.ate.is_none() {
+            let (subject, apart) = (self.args.subject.display(), self.args.apart);
+            let message = format!("no stamp of {subject} lies within {apart} s of a true one");
+            return Err(Failure::new(Exit::Rejected, "evaluate.stamps", message)
+                .help("allow more with --apart, or check the clocks"));
+        }
+        if scores.relations.is_some_and(|relations| relations.all.is_none()) {
+            let message = "no relation lies within the time of the trajectory";
+            return Err(
+                Failure::new(Exit::Rejected, "evaluate.stamps", message).help("check that both use the same clock")
+            );
+        }
+        Ok(())
+    }
+
+    /// How well the run knew places again, where its session and a true path are at hand.
+    pub(super) fn recognition(&self) -> Result<Option<RecognitionScores>, Failure> {
+        let session = self.args.subject.join("session.hmap");
+        let Some(truth) = self.truth.as_ref().filter(|_| session.exists()) else { return Ok(None) };
+        let mapper = Mapper::load(&mut files::open(&session)?)
+            .map_err(|error| Failure::rejected(&session, "session", &error))?;
+        let scores =
+            |counts: Recognition| RecognitionScores { precision: counts.precision(), recall: counts.recall(), counts };
+        Ok(recognition(&mapper, truth).map(scores))
+    }
+}
