@@ -31,7 +31,7 @@ fn evo(folder: &std::path::Path, program: &str, arguments: &[&str]) -> Option<Ve
     let mut command = Command::new(program);
     command.current_dir(folder).args(["tum", "truth.tum", "estimate.tum"]).args(arguments);
     let Ok(told) = command.output() else {
-        println!("skipped: {program} is not installed");
+        eprintln!("skipped: {program} is not installed");
         return None;
     };
     let text = String::from_utf8_lossy(&told.stdout).into_owned();

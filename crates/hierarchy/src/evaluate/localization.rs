@@ -3,14 +3,15 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry2, Point2};
 use serde::Serialize;
 
-use super::pairing::{Pairing, pair};
+use super::pairing::{Pair, Pairing, pair};
 use super::path::TimedPath;
 use super::recognition::Contingency;
 
 /// How well a robot knows where it is, in the measure of Duckett & Nehmzow (1998).
 ///
 /// The floor is cut into square cells. Each time that the robot has truly gone a cell's width, one answer is counted:
-/// in which cell it was, and in which it believed to be.
+/// in which cell it was, and in which it believed to be. A belief in a cell where the robot never was is one answer, "nowhere":
+/// a drifting path would otherwise give every moment a name of its own, and take all uncertainty away by saying nothing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Localization {
     /// Edge of the cells in metres.
@@ -36,34 +37,42 @@ pub fn localization(
     pairing: Pairing,
     cell: f64,
 ) -> Option<Localization> {
-    let pairs = pair(estimate, reference, pairing);
-    let mut last = Point2::from(pairs.first().filter(|_| cell > 0.0)?.reference.translation.vector);
-    let mut table = Contingency::default();
+    let answers = answers(&pair(estimate, reference, pairing), reference_from_estimate, cell)?;
     let mut numbers: BTreeMap<[i64; 2], usize> = BTreeMap::new();
-    let mut number = |point: Point2<f64>| {
+    for (location, _) in &answers {
         let count = numbers.len();
-        *numbers.entry(cell_of(point, cell)).or_insert(count)
-    };
-    let (mut answers, mut there) = (0, std::collections::BTreeSet::new());
-    for (index, pair) in pairs.iter().enumerate() {
-        let here = Point2::from(pair.reference.translation.vector);
-        if index > 0 && (here - last).norm() < cell {
-            continue;
-        }
-        last = here;
-        let location = number(here);
-        let believed = reference_from_estimate * Point2::from(pair.estimate.translation.vector);
-        table.push(location, number(believed));
-        there.insert(location);
-        answers += 1;
+        numbers.entry(*location).or_insert(count);
+    }
+    let mut table = Contingency::default();
+    for (location, believed) in &answers {
+        table.push(numbers[location], numbers.get(believed).copied().unwrap_or(NOWHERE));
     }
     Some(Localization {
         cell_m: cell,
-        answers,
-        locations: there.len(),
+        answers: answers.len(),
+        locations: numbers.len(),
         uncertainty_coefficient: table.uncertainty_coefficient(),
         accuracy: table.accuracy(),
     })
+}
+
+/// The answer of a robot that believes to be where it never was.
+const NOWHERE: usize = usize::MAX;
+
+/// The true cell and the believed one, each time that the robot has gone a cell's width; `None` without a pose.
+fn answers(pairs: &[Pair], reference_from_estimate: &Isometry2<f64>, cell: f64) -> Option<Vec<([i64; 2], [i64; 2])>> {
+    let mut last: Option<Point2<f64>> = None;
+    let mut answers = Vec::new();
+    for pair in pairs.iter().filter(|_| cell > 0.0) {
+        let here = Point2::from(pair.reference.translation.vector);
+        if last.is_some_and(|last| (here - last).norm() < cell) {
+            continue;
+        }
+        last = Some(here);
+        let believed = reference_from_estimate * Point2::from(pair.estimate.translation.vector);
+        answers.push((cell_of(here, cell), cell_of(believed, cell)));
+    }
+    (!answers.is_empty()).then_some(answers)
 }
 
 fn cell_of(point: Point2<f64>, cell: f64) -> [i64; 2] {
@@ -93,7 +102,10 @@ mod tests {
         assert_eq!((right.uncertainty_coefficient, right.accuracy), (Some(1.0), Some(1.0)));
         assert_eq!((right.answers, right.locations), (100, 100));
         let relabelled = judged(&drive(|_| 7.0));
-        assert_eq!((relabelled.uncertainty_coefficient, relabelled.accuracy), (Some(1.0), Some(0.0)));
+        assert_eq!(relabelled.accuracy, Some(0.0));
+        // Seven answers are "nowhere", as good as none of them: (100 ln 100 − 7 ln 7) / (100 ln 100).
+        let rest = 1.0 - 7.0 * 7f64.ln() / (100.0 * 100f64.ln());
+        approx::assert_relative_eq!(relabelled.uncertainty_coefficient.unwrap(), rest, epsilon = 1e-9);
     }
 
     #[test]
