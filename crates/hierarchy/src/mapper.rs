@@ -233,7 +233,9 @@ impl Mapper {
         let spacing = self.config.places.spacing_m;
         let Some(weighed) = self.proposals.weigh(&self.map, &self.trajectory, spacing)? else { return Ok(Vec::new()) };
         self.recognizer.remember(&weighed.closures);
-        self.coordinates.put(weighed.poses);
+        if let Some(poses) = weighed.poses {
+            self.coordinates.put(poses);
+        }
         let events = self.close(weighed.closures)?;
         if self.config.relaxation.policy == RelaxationPolicy::Converge {
             for _ in 0..HOLDS {

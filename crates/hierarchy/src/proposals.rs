@@ -23,7 +23,8 @@ use crate::trajectory::{Anchor, Trajectory};
 ///
 /// Similarities count by their rank alone. A few of the most alike give a beginning (graduated non-convexity, which
 /// needs no good start); then ever more are let in, twice as many each time, and believed where the map so far has them
-/// within `c σ`. Several beginnings are tried, and the one that explains most is kept.
+/// within `c σ`. Several beginnings are tried, and the one that explains most is kept; but nothing is believed where it
+/// explains hardly more than wrong proposals would fit by chance.
 #[derive(Debug, Default)]
 pub(crate) struct Proposals {
     pending: Vec<Proposal>,
@@ -40,7 +41,8 @@ struct Proposal {
 #[derive(Debug)]
 pub(crate) struct Weighed {
     pub(crate) closures: Vec<Closure>,
-    pub(crate) poses: Vec<Isometry2<f64>>,
+    /// `None` where nothing is believed.
+    pub(crate) poses: Option<Vec<Isometry2<f64>>>,
 }
 
 /// A proposal between two places: where the robot stood, as seen from either.
@@ -62,12 +64,18 @@ struct Explanation {
 
 /// Places apart by less than this many spacings of travel have nothing to tell each other.
 const RECENT_SPACINGS: f64 = 8.0;
+/// The same in places, which lie a spacing apart.
+const RECENT_PLACES: usize = 8;
 /// 99 % of the χ² distribution with two degrees of freedom.
 const BOUND: f64 = 9.21;
 /// Variance in rad² of a turn of which nothing is known: uniform on the circle.
 const ANY_TURN: f64 = std::f64::consts::PI * std::f64::consts::PI / 3.0;
 /// So many of the most alike proposals make a beginning.
-const BEGINNINGS: [usize; 4] = [32, 64, 128, 256];
+const BEGINNINGS: [usize; 8] = [32, 45, 64, 91, 128, 181, 256, 362];
+/// Beginnings that must lead to the same map before no other is tried.
+const SAME_END: usize = 3;
+/// Standard deviations by which the proposals that a map explains must outnumber those that fit any map by chance.
+const BEYOND_CHANCE: f64 = 5.0;
 /// Rounds of believing and relaxing for each number of proposals let in.
 const ROUNDS: usize = 20;
 /// Believed proposals support each other where both of their ends lie within so many places.
@@ -91,7 +99,13 @@ impl Proposals {
         }
         let weighing = Weighing::new(map, candidates, spacing);
         let Some(best) = weighing.best()? else { return Ok(None) };
-        Ok(Some(Weighed { closures: weighing.closures(&best), poses: isometries(&best.poses) }))
+        let mut closures = weighing.closures(&best);
+        if weighing.is_beyond_chance(&best) {
+            return Ok(Some(Weighed { closures, poses: Some(isometries(&best.poses)) }));
+        }
+        let agreed = best.believed.iter().filter(|believed| **believed).count();
+        closures.iter_mut().for_each(|closure| closure.verdict = Verdict::NoAgreement { agreed });
+        Ok(Some(Weighed { closures, poses: None }))
     }
 }
 
@@ -157,18 +171,42 @@ impl Weighing {
     /// The explanation of least cost among those that the beginnings lead to.
     fn best(&self) -> Result<Option<Explanation>, RelaxationError> {
         let mut best: Option<Explanation> = None;
-        let mut last = 0;
+        let (mut last, mut same) = (0, 0);
         for count in BEGINNINGS.map(|count| count.min(self.candidates.len())) {
             if count == last {
                 break; // all of them have begun already
             }
             last = count;
             let found = self.extend(self.begin(count)?, count)?;
-            if best.as_ref().is_none_or(|best| found.cost < best.cost) {
-                best = Some(found);
+            same += usize::from(best.as_ref().is_some_and(|best| best.believed == found.believed));
+            if best.as_ref().is_none_or(|best| found.cost < best.cost && found.believed != best.believed) {
+                (best, same) = (Some(found), 1);
+            }
+            if same == SAME_END {
+                break;
             }
         }
         Ok(best)
+    }
+
+    /// Whether a map explains clearly more candidates than would fit it if all of them were wrong.
+    ///
+    /// A wrong candidate joins any two moments, so it fits by chance as often as two places of the map, far apart along
+    /// the way, lie on one spot. Warping the map to more of them is what the margin is for.
+    fn is_beyond_chance(&self, found: &Explanation) -> bool {
+        let reach = BOUND * self.variance;
+        let spots: Vec<Vector2<f64>> = found.poses.iter().map(|pose| pose.translation()).collect();
+        let (mut pairs, mut near) = (0u64, 0u64);
+        for (index, spot) in spots.iter().enumerate() {
+            let far = &spots[..index.saturating_sub(RECENT_PLACES)];
+            pairs += far.len() as u64;
+            near += far.iter().filter(|other| (spot - *other).norm_squared() <= reach).count() as u64;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "counts below 2⁵³")]
+        let by_chance = self.candidates.len() as f64 * near as f64 / pairs.max(1) as f64;
+        #[expect(clippy::cast_precision_loss, reason = "counts below 2⁵³")]
+        let believed = found.believed.iter().filter(|believed| **believed).count() as f64;
+        believed >= by_chance + BEYOND_CHANCE * by_chance.sqrt()
     }
 
     /// The map that the `count` most alike candidates make among themselves.

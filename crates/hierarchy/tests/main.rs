@@ -3,6 +3,8 @@
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
 #![expect(clippy::cast_precision_loss, reason = "cells and metres are few")]
 
+#[path = "../examples/blind_robot/drive.rs"]
+mod blind_robot;
 mod logs;
 mod office_loop;
 mod real_logs;
