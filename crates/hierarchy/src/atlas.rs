@@ -25,6 +25,10 @@ pub struct AtlasPlace {
     pub position: Point2<f64>,
     /// The turn of its axes in the map, in radians.
     pub heading: f64,
+    /// Which way the robot looked when it came there first, in the map, in radians; 0 where it never was.
+    pub robot_heading: f64,
+    /// The place that it is, where a person said that it is one with another.
+    pub same_as: Option<PlaceId>,
     /// Where dead reckoning along the traveled links puts it, in metres.
     pub dead_reckoned: Point2<f64>,
     /// The one-σ ellipse of its position relative to the first place: half axes in metres, the long one first, and
@@ -47,6 +51,8 @@ pub struct AtlasLink {
     pub state: LinkState,
     /// Its measured length, in metres.
     pub length: f64,
+    /// The standard deviation of that measurement along its least sure direction, in metres.
+    pub sigma: f64,
     /// Distance between where it says its end is and where the map has it, in metres.
     pub residual: f64,
     /// The same in standard deviations of the link.

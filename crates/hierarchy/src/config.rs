@@ -1,3 +1,5 @@
+mod about;
+
 use serde::{Deserialize, Serialize};
 
 /// Everything that can be chosen about a run; the defaults are the paper's where it states them.

@@ -4,8 +4,10 @@ mod atlas;
 mod config;
 mod coordinates;
 mod directions;
+pub mod edit;
 pub mod evaluate;
 mod event;
+pub mod explain;
 mod exploration;
 mod eyes;
 mod floor_plan;
@@ -18,6 +20,7 @@ mod proposals;
 mod query;
 mod reach;
 mod recognize;
+mod route_graph;
 mod session;
 mod sight;
 mod summary;
@@ -39,12 +42,13 @@ pub use floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
 pub use front_end::SenseError;
 pub use mapper::{Mapper, MapperError};
 pub use metrics::{
-    GridMetrics, LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RegionMetrics, RelaxationMetrics, Timings,
-    TruthMetrics,
+    GridMetrics, LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RefusedLoop, RegionMetrics, RelaxationMetrics,
+    Timings, TrustMetrics, TruthMetrics, WeakLink,
 };
 pub use problem::{Problem, RelaxationError};
 pub use query::{count_regions, regions};
 pub use recognize::{Closure, Verdict};
+pub use route_graph::{RouteEdge, RouteGraph, RouteNode, RouteOptions};
 pub use session::SessionError;
 pub use tally::Tally;
 pub use tracker::{Tracker, Travel};

@@ -51,6 +51,8 @@ pub struct Mapper {
     tally: Tally,
     names: BTreeMap<PlaceId, String>,
     floor_plan: FloorPlan,
+    /// Places that a person declared to be others: which, and which they are.
+    same: BTreeMap<PlaceId, PlaceId>,
 }
 
 /// What a session holds of a mapper.
@@ -129,6 +131,7 @@ impl Mapper {
             tally: Tally::default(),
             names: BTreeMap::new(),
             floor_plan: FloorPlan::default(),
+            same: BTreeMap::new(),
             config,
         })
     }
@@ -158,6 +161,7 @@ impl Mapper {
             tally: from.tally,
             names: from.names,
             floor_plan: from.floor_plan,
+            same: BTreeMap::new(),
             trajectory,
             config,
         };
@@ -426,6 +430,30 @@ impl Mapper {
 
     pub(crate) fn floor_plan_mut(&mut self) -> &mut FloorPlan {
         &mut self.floor_plan
+    }
+
+    /// The place that `place` is, where a person said that the two are one.
+    #[must_use]
+    pub fn same_as(&self, place: PlaceId) -> Option<PlaceId> {
+        let other = *self.same.get(&place)?;
+        Some(self.same_as(other).unwrap_or(other)) // never in a circle: see `declare_same`
+    }
+
+    /// Declares `place` to be `other`; what was declared before is followed on both sides.
+    pub(crate) fn declare_same(&mut self, place: PlaceId, other: PlaceId) {
+        let (place, other) = (self.same_as(place).unwrap_or(place), self.same_as(other).unwrap_or(other));
+        if place != other {
+            self.same.insert(place, other);
+        }
+    }
+
+    pub(crate) fn topology_mut(&mut self) -> &mut TopoMap<Arc<Signature>> {
+        &mut self.map
+    }
+
+    /// Brings the coordinates to the optimum of the links.
+    pub(crate) fn relax(&mut self) -> Result<Relaxation, MapperError> {
+        Ok(self.coordinates.relax(&self.map)?)
     }
 
     /// The configuration in use.

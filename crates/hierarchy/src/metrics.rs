@@ -15,6 +15,9 @@ pub struct Metrics {
     pub links: LinkMetrics,
     /// How consistent the coordinates are.
     pub relaxation: RelaxationMetrics,
+    /// How far the map is to be trusted.
+    #[serde(default)]
+    pub trust: TrustMetrics,
     /// The gridmap.
     pub grid: GridMetrics,
     /// Rooms and corridors; absent where none were looked for.
@@ -79,6 +82,51 @@ pub struct RelaxationMetrics {
     pub solver: String,
     /// Largest distance between a place's dead-reckoned and its final position, in metres.
     pub max_shift_m: f64,
+}
+
+/// How far the map is to be trusted: what summary, report and gates show of an `explain::Explanation`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct TrustMetrics {
+    /// Root mean square by which the believed loops miss by dead reckoning, in metres.
+    pub loop_residual_before_m: f64,
+    /// The same after relaxation.
+    pub loop_residual_after_m: f64,
+    /// The largest distance of a believed loop from what the rest of the map says, in standard deviations.
+    pub loop_residual_worst_sigma: f64,
+    /// The median standard deviation of the places, in metres.
+    pub place_sigma_median_m: f64,
+    /// The largest.
+    pub place_sigma_worst_m: f64,
+    /// The place that has it.
+    pub worst_place: Option<u32>,
+    /// Links of that place.
+    pub worst_place_links: usize,
+    /// Refused loops, the farthest from the map first: at most three.
+    pub refused: Vec<RefusedLoop>,
+    /// The one link that holds many places to the rest, where there is one.
+    pub weakest_link: Option<WeakLink>,
+}
+
+/// A loop that was refused.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RefusedLoop {
+    /// The place that was reached.
+    pub place: u32,
+    /// The older place that it looks like.
+    pub known: u32,
+    /// How many standard deviations it is from what the map says.
+    pub residual_sigma: f64,
+}
+
+/// A link that alone holds many places to the rest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WeakLink {
+    /// One end.
+    pub from: u32,
+    /// The other.
+    pub to: u32,
+    /// How many places.
+    pub holds: usize,
 }
 
 /// The gridmap.

@@ -107,15 +107,26 @@ impl Problem {
     ///
     /// Headings that make a link no spring.
     pub fn covariances(&self, poses: &[Isometry2<f64>]) -> Result<Vec<Matrix2<f64>>, RelaxationError> {
-        let of = |network: &Network| {
-            let covariance = Covariance::new(network);
-            (0..network.len()).map(|node| covariance.node(node)).collect()
-        };
+        let network = self.network_at(poses)?;
+        let covariance = Covariance::new(&network);
+        Ok((0..network.len()).map(|node| covariance.node(node)).collect())
+    }
+
+    /// The springs between positions when the headings are those of `poses`, in the order of the measured links.
+    ///
+    /// # Errors
+    ///
+    /// Headings that make a link no spring.
+    pub fn network_at(&self, poses: &[Isometry2<f64>]) -> Result<Network, RelaxationError> {
         match self {
-            Self::Positions(network) => Ok(of(network)),
+            Self::Positions(network) => Ok(Network::clone(network)),
             Self::Poses(graph) => {
                 let headings: Vec<f64> = poses.iter().map(|pose| pose.rotation.angle()).collect();
-                Ok(of(&graph.network(&headings)?))
+                let all = graph.network(&headings)?;
+                // Springs that hold a heading say nothing of positions, and would join what no link joins.
+                let tells = |spring: &&Spring| spring.covariance.m11 < 0.1 / NOTHING;
+                let links: Vec<Spring> = all.springs().iter().filter(tells).copied().collect();
+                Ok(if links.len() < all.springs().len() { Network::from_vec(all.len(), links)? } else { all })
             }
         }
     }

@@ -20,6 +20,7 @@ impl Mapper {
         let covariances = coordinates.problem(map)?.covariances(&coordinates.padded(map))?;
         let before = self.dead_reckoned();
         let names: std::collections::BTreeMap<_, _> = self.names().collect();
+        let arrivals = self.arrivals();
         let place = |place: &topo_map::Place<_>| {
             let map_from_place = coordinates.map_from_place(place.id);
             AtlasPlace {
@@ -29,6 +30,8 @@ impl Mapper {
                 visits: place.visits,
                 position: map_from_place.translation.vector.into(),
                 heading: map_from_place.rotation.angle(),
+                robot_heading: arrivals.get(&place.id).copied().unwrap_or(0.0),
+                same_as: self.same_as(place.id),
                 dead_reckoned: before.get(place.id.index()).copied().unwrap_or_else(Point2::origin),
                 ellipse: covariances.get(place.id.index()).map(ellipse),
             }
@@ -37,6 +40,16 @@ impl Mapper {
             places: map.places().iter().map(place).collect(),
             links: map.links().iter().map(|link| self.atlas_link(link)).collect(),
         })
+    }
+
+    /// Which way the robot looked in the map when it first came to each place, in radians.
+    fn arrivals(&self) -> std::collections::BTreeMap<topo_map::PlaceId, f64> {
+        let heading = |anchor: &crate::trajectory::Anchor| {
+            let map_from_place = self.coordinates().map_from_place(anchor.place);
+            (anchor.place, (map_from_place * anchor.place_from_robot).rotation.angle())
+        };
+        // The first visit is put in last.
+        self.trajectory().anchors().iter().rev().map(heading).collect()
     }
 
     fn atlas_link(&self, link: &Link) -> AtlasLink {
@@ -53,6 +66,7 @@ impl Mapper {
             origin: link.origin,
             state: link.state,
             length: link.distance(),
+            sigma: link.displacement.covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
             residual: off.norm(),
             residual_sigma: (off.transpose() * information * off)[0].sqrt(),
             traversals: link.traversals,

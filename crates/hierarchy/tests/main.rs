@@ -5,6 +5,8 @@
 
 #[path = "../examples/blind_robot/drive.rs"]
 mod blind_robot;
+mod edits;
+mod explain;
 mod logs;
 mod office_loop;
 mod real_logs;

@@ -148,6 +148,12 @@ impl Displacement {
         sum.try_inverse().map_or(f64::INFINITY, |information| (difference.transpose() * information * difference)[0])
     }
 
+    /// The same with a covariance that is symmetric to the last bit, as a stored map is.
+    #[must_use]
+    pub fn symmetric(&self) -> Self {
+        Self { covariance: (self.covariance + self.covariance.transpose()) * 0.5, ..*self }
+    }
+
     /// Refuses what cannot be a measurement.
     ///
     /// # Errors

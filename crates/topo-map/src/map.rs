@@ -326,6 +326,7 @@ impl<S> TopoMap<S> {
         self.check_alive(to)?;
         let id = LinkId(self.next_number(self.links.len())?);
         let traversals = u32::from(origin == LinkOrigin::Traveled);
+        let displacement = displacement.symmetric();
         self.insert(Link { id, from, to, displacement, origin, state: LinkState::Open, traversals });
         Ok(id)
     }
@@ -352,7 +353,7 @@ impl<S> TopoMap<S> {
             LinkOrigin::Traveled => link.displacement.fused(&measured),
             LinkOrigin::Recognized | LinkOrigin::Predicted => None,
         };
-        link.displacement = fused.unwrap_or(measured);
+        link.displacement = fused.unwrap_or(measured).symmetric();
         link.origin = LinkOrigin::Traveled;
         link.state = LinkState::Open;
         link.traversals = link.traversals.saturating_add(1);
