@@ -1,6 +1,11 @@
+use std::io::Write;
+use std::process::ExitCode;
+
 use clap::{Args, Parser, ValueEnum};
 
 use crate::commands::Command;
+use crate::exit::Exit;
+use crate::overview;
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -14,6 +19,27 @@ pub(crate) struct Cli {
     pub(crate) global: Global,
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// The command line as it was typed; wrong usage ends the program with exit code 2.
+///
+/// # Errors
+///
+/// Nothing was asked for but help: it is printed, and the program ends.
+pub(crate) fn parse() -> Result<Cli, ExitCode> {
+    let mut typed = std::env::args_os().skip(1);
+    match (typed.next(), typed.next()) {
+        (None, _) => {
+            eprint!("{}", overview::text());
+            Err(Exit::Usage.into())
+        }
+        (Some(only), None) if only == "-h" => {
+            // A reader that has left is no failure.
+            let _ = std::io::stdout().write_all(overview::text().as_bytes());
+            Err(Exit::Done.into())
+        }
+        _ => Ok(Cli::parse()),
+    }
 }
 
 /// What every command understands.

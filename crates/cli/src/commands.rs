@@ -4,9 +4,14 @@ use crate::context::Context;
 use crate::failure::Failure;
 
 pub(crate) mod compare;
+pub(crate) mod completions;
+pub(crate) mod config;
 pub(crate) mod convert;
 pub(crate) mod demo;
+pub(crate) mod edit;
 pub(crate) mod evaluate;
+pub(crate) mod explain;
+pub(crate) mod export;
 pub(crate) mod grid;
 pub(crate) mod inspect;
 pub(crate) mod plan;
@@ -29,8 +34,14 @@ pub(crate) enum Command {
     Plan(plan::PlanArgs),
     Compare(compare::CompareArgs),
     Evaluate(evaluate::EvaluateArgs),
+    Explain(explain::ExplainArgs),
+    Edit(edit::EditArgs),
+    Export(export::ExportArgs),
     Simulate(simulate::SimulateArgs),
     Regions(regions::RegionsArgs),
+    Config(config::ConfigArgs),
+    Completions(completions::CompletionsArgs),
+    Man(completions::ManArgs),
 }
 
 impl Command {
@@ -47,8 +58,14 @@ impl Command {
             Self::Plan(args) => plan::run(args, context),
             Self::Compare(args) => compare::run(args, context),
             Self::Evaluate(args) => evaluate::run(args, context),
+            Self::Explain(args) => explain::run(args, context),
+            Self::Edit(args) => edit::run(args, context),
+            Self::Export(args) => export::run(args, context),
             Self::Simulate(args) => simulate::run(args, context),
             Self::Regions(args) => regions::run(args, context),
+            Self::Config(args) => config::run(args, context),
+            Self::Completions(args) => completions::run(args, context),
+            Self::Man(args) => completions::man(args, context),
         }
     }
 }

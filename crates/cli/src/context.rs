@@ -1,3 +1,4 @@
+use std::cell::RefCell;
 use std::io::{self, IsTerminal, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +19,8 @@ pub(crate) struct Context {
     quiet: bool,
     color: bool,
     progress: Progress,
+    /// What the user was warned of, also where it was not shown.
+    warnings: RefCell<Vec<String>>,
 }
 
 impl Context {
@@ -35,7 +38,13 @@ impl Context {
             style => style,
         };
         start_log(global.verbose, color);
-        Self { json: global.json, quiet: global.quiet, color, progress: Progress::new(style) }
+        Self {
+            json: global.json,
+            quiet: global.quiet,
+            color,
+            progress: Progress::new(style),
+            warnings: RefCell::default(),
+        }
     }
 
     /// Prints results; a reader that has left ends the program quietly.
@@ -60,10 +69,22 @@ impl Context {
 
     /// Warns the user, unless the user wants silence.
     pub(crate) fn warn(&self, text: &str) {
+        self.warnings.borrow_mut().push(text.to_owned());
         if !self.quiet {
             let label = if self.color { "\u{1b}[1;33mwarning\u{1b}[0m" } else { "warning" };
             self.progress.line(&format!("{label}: {text}"));
         }
+    }
+
+    /// Everything the user was warned of so far.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        self.warnings.borrow().clone()
+    }
+
+    /// The same manners, but silent: for work that is done a second time.
+    pub(crate) fn silent(&self) -> Self {
+        let progress = Progress::new(ProgressStyle::None);
+        Self { json: self.json, quiet: true, color: self.color, progress, warnings: RefCell::default() }
     }
 
     /// Shows why the command ended.

@@ -82,6 +82,12 @@ impl Failure {
         self
     }
 
+    /// It is a file that is wrong, there, and not the command line.
+    pub(crate) fn rejected_at(mut self, place: Place) -> Self {
+        self.exit = Exit::Rejected;
+        self.at(place)
+    }
+
     /// A detail that programs get as JSON.
     pub(crate) fn detail(mut self, key: &str, value: impl Into<Value>) -> Self {
         self.what.details.insert(key.to_owned(), value.into());

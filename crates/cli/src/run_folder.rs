@@ -9,14 +9,6 @@ use crate::files;
 #[derive(Debug)]
 pub(crate) struct RunFolder {
     path: PathBuf,
-    written: Vec<Written>,
-}
-
-/// A file of the run.
-#[derive(Debug, Clone)]
-pub(crate) struct Written {
-    pub(crate) name: &'static str,
-    pub(crate) holds: &'static str,
 }
 
 impl RunFolder {
@@ -32,34 +24,43 @@ impl RunFolder {
             None if force => Path::new("runs").join(name),
             None => free_name(&Path::new("runs").join(name)),
         };
-        Ok(Self { path, written: Vec::new() })
+        Ok(Self { path })
+    }
+
+    /// A folder that is there already and whose files are written anew.
+    pub(crate) fn existing(path: &Path) -> Self {
+        Self { path: path.to_owned() }
     }
 
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    pub(crate) fn written(&self) -> &[Written] {
-        &self.written
+    /// How many files it holds, and how many bytes.
+    pub(crate) fn size(&self) -> (usize, u64) {
+        let mut folders = vec![self.path.clone()];
+        let (mut files, mut bytes) = (0, 0);
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+                match entry.metadata() {
+                    Ok(metadata) if metadata.is_dir() => folders.push(entry.path()),
+                    Ok(metadata) => (files, bytes) = (files + 1, bytes + metadata.len()),
+                    Err(_) => {}
+                }
+            }
+        }
+        (files, bytes)
     }
 
-    /// Remembers what a file holds that was written already.
-    pub(crate) fn note(&mut self, name: &'static str, holds: &'static str) {
-        self.written.push(Written { name, holds });
-    }
-
-    /// Writes one file of the run, and remembers what it holds; the first one makes the folder.
+    /// Writes one file of the run; the first one makes the folder.
     pub(crate) fn write(
-        &mut self,
-        name: &'static str,
-        holds: &'static str,
+        &self,
+        name: &str,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
         std::fs::create_dir_all(&self.path).map_err(|error| Failure::writing(&self.path, &error))?;
         let path = self.path.join(name);
-        files::write(&path, true, content).map_err(|error| Failure::writing(&path, &error))?;
-        self.note(name, holds);
-        Ok(())
+        files::write(&path, true, content).map_err(|error| Failure::writing(&path, &error))
     }
 }
 

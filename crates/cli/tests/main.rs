@@ -1,15 +1,25 @@
 //! The program as its users meet it: arguments in, text and exit codes out.
 #![expect(clippy::unwrap_used, reason = "a test that cannot set itself up must fail")]
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
 mod convert;
+mod demo;
+mod edits;
 mod evaluate;
 mod evo;
+mod explains;
+mod exports;
+mod first_ten_minutes;
 mod gridmaps;
 mod inspect;
+#[cfg(unix)]
+mod interruption;
 mod manners;
+mod readme;
 mod regions;
 mod relax;
 mod run;
+mod settings;
 mod simulate;
 
 use assert_cmd::Command;

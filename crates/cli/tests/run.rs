@@ -4,16 +4,20 @@ use predicates::str::contains;
 use super::topogrid;
 
 /// Everything that a run leaves behind.
-const FILES: [&str; 11] = [
+const FILES: [&str; 15] = [
     "config.toml",
     "loops.csv",
     "map.pgm",
     "map.png",
     "map.yaml",
     "metrics.json",
+    "nav2_route.geojson",
     "odometry.tum",
+    "places.tmap2.yaml",
+    "run.json",
     "session.hmap",
     "topology.g2o",
+    "topology.geojson",
     "topology.svg",
     "trajectory.tum",
 ];
@@ -81,6 +85,92 @@ fn unknown_settings_are_refused_by_name() {
     std::fs::write(&config, "[grid]\nresolutoin_m = 0.05\n").unwrap();
     topogrid().arg("demo").arg("--config").arg(&config).assert().code(3).stderr(contains("resolutoin_m"));
     topogrid().args(["demo", "--resolution", "0"]).assert().code(2).stderr(contains("resolution"));
+}
+
+#[test]
+fn gates_are_set_on_the_figures_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let demo = |name: &str, gate: &str| {
+        topogrid().arg("demo").arg("-o").arg(folder.path().join(name)).args(["--fail-on", gate]).assert()
+    };
+    demo("bad", "trust.place_sigma_worst_m>0.001").code(4).stderr(contains("the gate"));
+    demo("typo", "truth.aftr_m>1.0").code(2).stderr(contains("no number `truth.aftr_m`"));
+}
+
+#[test]
+fn a_dry_run_says_what_it_would_do_and_does_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let told = contains("office_loop.log").and(contains("places.spacing_m = 2.0")).and(contains("--set"));
+    let dry = |log: &std::path::Path| {
+        topogrid().arg("run").arg(log).args(["--dry-run", "--set", "places.spacing_m=2", "-o"]).arg(&out).assert()
+    };
+    dry(&office_loop()).success().stdout(told);
+    dry(&folder.path().join("none.log")).code(3);
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_part_of_a_log_can_be_mapped() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("part");
+    topogrid().args(["demo", "--from", "100", "--until", "400", "-o"]).arg(&out).assert().success();
+    let duration = crate::demo::metrics(&out)["log"]["duration_s"].as_f64().unwrap();
+    assert!((200.0..=300.0).contains(&duration), "{duration} s");
+}
+
+#[test]
+fn the_record_tells_how_a_run_came_about() {
+    let run = crate::demo::run();
+    let record: serde_json::Value = serde_json::from_slice(&std::fs::read(run.join("run.json")).unwrap()).unwrap();
+    assert_eq!((&record["schema"], &record["complete"]), (&"topogrid/run/1".into(), &true.into()));
+    assert_eq!(record["command"][0], "demo");
+    let listed = record["outputs"].as_array().unwrap();
+    assert!(listed.iter().any(|file| file["file"] == "layers/empty.png"));
+    let svg = listed.iter().find(|file| file["file"] == "topology.svg").unwrap();
+    assert_eq!(svg["bytes"], run.join("topology.svg").metadata().unwrap().len());
+    assert_eq!(svg["sha256"].as_str().unwrap().len(), 64);
+}
+
+/// Two processes, one log: the files are the same to the byte, but for times.
+fn same_bytes(one: &std::path::Path, other: &std::path::Path) {
+    let listed = |run: &std::path::Path| {
+        let record: serde_json::Value = serde_json::from_slice(&std::fs::read(run.join("run.json")).unwrap()).unwrap();
+        let mut outputs = record["outputs"].as_array().unwrap().clone();
+        outputs.retain(|file| file["file"] != "metrics.json" && file["file"] != "report.html"); // they hold times
+        outputs
+    };
+    assert_eq!(listed(one), listed(other));
+    assert!(listed(one).len() > 15);
+}
+
+/// Terminal and JSON print from one struct: every number of the one stands in the other.
+#[test]
+fn the_last_screen_and_the_figures_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("office");
+    let told = topogrid().arg("demo").arg("-o").arg(&out).assert().success();
+    same_bytes(&out, crate::demo::run());
+    let text = String::from_utf8(told.get_output().stdout.clone()).unwrap();
+    let metrics = crate::demo::metrics(&out);
+    let number = |pointer: &str| metrics.pointer(pointer).and_then(serde_json::Value::as_f64).unwrap();
+    let links = number("/links/traveled") + number("/links/recognized");
+    let (grid, trust) = (&metrics["grid"], &metrics["trust"]);
+    let (before, after) = (number("/trust/loop_residual_before_m"), number("/trust/loop_residual_after_m"));
+    let expected = [
+        format!("demo: {} places, {links} links, {} loops", metrics["places"], metrics["links"]["recognized"]),
+        format!("{} × {} cells at {} m", grid["rows"], grid["columns"], grid["resolution_m"]),
+        format!("{before:.2} m  {after:>6.2} m   worst"),
+        format!("optimum {:.1}", number("/relaxation/energy_optimum")),
+        format!("{:.2} m  {:>6.2} m   raw odometry", number("/truth/before_m"), number("/truth/after_m")),
+        format!("worst P{} {:.2} m", trust["worst_place"], number("/trust/place_sigma_worst_m")),
+        format!("{} loops refused", metrics["links"]["rejected"]),
+        format!("P{}→P{}", trust["refused"][0]["place"], trust["refused"][0]["known"]),
+        format!("{:.1} s (read", number("/timings_s/total")),
+    ];
+    for line in expected {
+        assert!(text.contains(&line), "`{line}` is missing in\n{text}");
+    }
 }
 
 #[test]

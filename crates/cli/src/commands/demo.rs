@@ -1,7 +1,7 @@
 use clap::Args;
-use robot_log::{Input, ReadOptions, open_log};
+use robot_log::{Input, LogReader, ReadOptions, open_log};
 
-use crate::commands::run::{OutputArgs, map_log};
+use crate::commands::run::{Job, OutputArgs, map_log};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -11,7 +11,7 @@ use crate::failure::Failure;
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
     #[command(flatten)]
-    output: OutputArgs,
+    pub(crate) output: OutputArgs,
 }
 
 /// The log that the program carries with it; see fixtures/README.md for how it was made.
@@ -19,6 +19,10 @@ const LOG: &[u8] = include_bytes!("../../../../fixtures/logs/office_loop.log");
 
 /// Maps the bundled log.
 pub(crate) fn run(args: &DemoArgs, context: &Context) -> Result<(), Failure> {
-    let log = open_log(vec![Input::new("office_loop.log (bundled)", LOG)], &ReadOptions::default())?;
-    map_log("demo", log, &args.output, context)
+    map_log(&Job { name: "demo".into(), inputs: &[], open: &open, args: &args.output }, context)
+}
+
+/// Opens the bundled log.
+pub(crate) fn open() -> Result<LogReader, Failure> {
+    Ok(open_log(vec![Input::new("office_loop.log (bundled)", LOG)], &ReadOptions::default())?)
 }

@@ -8,14 +8,13 @@ use serde::Serialize;
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::gate::{self, Gate};
 use crate::input::ReadingArgs;
 
-mod gate;
 mod judge;
 mod subject;
 mod table;
 
-use gate::Gate;
 use judge::{Judge, RecognitionScores, Scores};
 use subject::{Subject, is_map, read_map};
 

@@ -2,28 +2,36 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use hierarchy::local_grid::FuzzyGrid;
-use hierarchy::{Config, GridMetrics, Mapper, Metrics, Truth};
-use region_map::RegionMap;
-use robot_log::{EntryKind, LogReader};
+use hierarchy::{Config, Mapper, Metrics};
+use robot_log::LogReader;
+use toml::Value;
 
-use crate::context::Context;
+use crate::context::{self, Context};
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::files;
+use crate::finished::{Finished, rejected};
+use crate::gate::{self, Gate};
 use crate::input::{LogArgs, warn_of_skipped};
+use crate::mapping::{self, Fed, Part};
 use crate::run_folder::RunFolder;
-use crate::{memory, output, summary};
+use crate::run_record::RunRecord;
+use crate::settings::{Origin, Settings, SettingsArgs};
+use crate::{edits, memory, output, session, summary, verify};
+
+mod plan;
 
 /// A log goes in; a topological map with consistent coordinates and a gridmap come out
 ///
-/// Example: topogrid run office.log.gz -o runs/office
+/// Examples:
+///   topogrid run office.log.gz -o runs/office
+///   topogrid run office.log --set places.spacing_m=0.8 --fail-on 'relaxation.relative_gap>1e-6'
 #[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
-    log: LogArgs,
+    pub(crate) log: LogArgs,
     #[command(flatten)]
-    output: OutputArgs,
+    pub(crate) output: OutputArgs,
 }
 
 /// Where the results of a run go, and how it is done.
@@ -35,67 +43,79 @@ pub(crate) struct OutputArgs {
     /// Write into a folder that holds another run
     #[arg(long)]
     pub(crate) force: bool,
-    /// Settings as TOML; unknown keys are errors, and the effective settings are written into the run folder
-    #[arg(long, value_name = "FILE")]
-    pub(crate) config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) settings: SettingsArgs,
     /// Metres per cell of the gridmap
     #[arg(long, value_name = "M")]
     pub(crate) resolution: Option<f64>,
-    /// Where headings come from
-    #[arg(long, value_name = "SOURCE", value_parser = heading_mode)]
-    pub(crate) heading: Option<hierarchy::HeadingMode>,
+    /// Where headings come from: auto, compass, structure or odometry
+    #[arg(long, value_name = "SOURCE")]
+    pub(crate) heading: Option<String>,
     /// Relax once for each added place, as the paper does, and never to the optimum
     #[arg(long)]
     pub(crate) online: bool,
-}
-
-/// A source of headings by its name in the configuration.
-fn heading_mode(name: &str) -> Result<hierarchy::HeadingMode, String> {
-    use hierarchy::HeadingMode::{Auto, Compass, Odometry, Structure};
-    match name {
-        "auto" => Ok(Auto),
-        "compass" => Ok(Compass),
-        "structure" => Ok(Structure),
-        "odometry" => Ok(Odometry),
-        _ => Err("expected auto, compass, structure or odometry".to_owned()),
-    }
+    /// Begin so many seconds after the log's first entry
+    #[arg(long, value_name = "S")]
+    pub(crate) from: Option<f64>,
+    /// End so many seconds after the log's first entry
+    #[arg(long, value_name = "S")]
+    pub(crate) until: Option<f64>,
+    /// The seed of everything random, kept in run.json; mapping itself draws nothing at random
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Save the session after so many new places; 0: only at the end
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub(crate) checkpoint: usize,
+    /// Map the log twice and compare every file; exit code 4 where one differs
+    #[arg(long)]
+    pub(crate) verify: bool,
+    /// End with exit code 4 where this holds for the figures of metrics.json, such as 'links.rejected>5'; may be repeated
+    #[arg(long, value_name = "EXPR")]
+    pub(crate) fail_on: Vec<Gate>,
+    /// Say what would be done, and do nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
 }
 
 impl OutputArgs {
     /// Whether nothing is said about how the map is made.
     pub(crate) fn is_default(&self) -> bool {
-        self.config.is_none() && self.resolution.is_none() && self.heading.is_none() && !self.online
+        let settings = self.settings.config.is_none() && self.settings.set.is_empty();
+        settings && self.resolution.is_none() && self.heading.is_none() && !self.online
     }
 
-    /// The configuration: built in, then the file, then the flags.
-    pub(crate) fn configuration(&self) -> Result<Config, Failure> {
-        let mut config = match &self.config {
-            Some(path) => {
-                let text =
-                    std::io::read_to_string(files::open(path)?).map_err(|error| Failure::reading(path, &error))?;
-                let rejected = |error| Failure::new(Exit::Rejected, "config", format!("{}: {error}", path.display()));
-                Config::from_toml(&text).map_err(rejected)?
-            }
-            None => Config::default(),
-        };
+    /// The settings with those of the flags on top.
+    pub(crate) fn settings(&self, context: &Context) -> Result<Settings, Failure> {
+        let mut settings = Settings::layered(&self.settings, context)?;
         if let Some(resolution) = self.resolution {
-            config.grid.resolution_m = resolution;
+            settings.put("grid.resolution_m", Value::Float(resolution), Origin::Flag("--resolution"))?;
         }
-        if let Some(source) = self.heading {
-            config.heading.source = source;
+        if let Some(source) = &self.heading {
+            settings.put("heading.source", Value::String(source.clone()), Origin::Flag("--heading"))?;
         }
         if self.online {
-            config.relaxation.policy = hierarchy::RelaxationPolicy::OneSweep;
+            settings.put("relaxation.policy", Value::String("one-sweep".into()), Origin::Flag("--online"))?;
         }
-        config.check().map_err(|error| Failure::new(Exit::Usage, "config", error.to_string()))?;
-        Ok(config)
+        Ok(settings)
     }
+}
+
+/// A log that is mapped.
+pub(crate) struct Job<'a> {
+    /// What the run is called.
+    pub(crate) name: String,
+    /// Its files, for the record; none where the program brings the log itself.
+    pub(crate) inputs: &'a [PathBuf],
+    /// Opens the log, as often as it is asked.
+    pub(crate) open: &'a dyn Fn() -> Result<LogReader, Failure>,
+    pub(crate) args: &'a OutputArgs,
 }
 
 /// Does the whole job.
 pub(crate) fn run(args: &RunArgs, context: &Context) -> Result<(), Failure> {
     let first = args.log.logs.first().map_or(Path::new("-"), |path| path);
-    map_log(&name_of(first), args.log.open()?, &args.output, context)
+    let open = || args.log.open();
+    map_log(&Job { name: name_of(first), inputs: &args.log.logs, open: &open, args: &args.output }, context)
 }
 
 /// What a run is called: its log's name without folder and endings.
@@ -105,109 +125,125 @@ fn name_of(path: &Path) -> String {
     if stem.is_empty() || stem == "-" { "run".to_owned() } else { stem.to_owned() }
 }
 
-/// A finished map with everything that is written of it.
-#[derive(Debug)]
-pub(crate) struct Finished {
-    pub(crate) mapper: Mapper,
-    pub(crate) gridmap: FuzzyGrid,
-    pub(crate) regions: RegionMap,
-    pub(crate) metrics: Metrics,
-}
-
 /// Maps a log into a folder of its own.
-pub(crate) fn map_log(name: &str, log: LogReader, args: &OutputArgs, context: &Context) -> Result<(), Failure> {
-    let mapper = Mapper::new(args.configuration()?).map_err(rejected)?;
-    let folder = RunFolder::choose(args.out.as_deref(), name, args.force)?;
-    go_on(name, mapper, log, folder, context)
+pub(crate) fn map_log(job: &Job, context: &Context) -> Result<(), Failure> {
+    let settings = job.args.settings(context)?;
+    let config = settings.config()?;
+    if job.args.verify && job.inputs.iter().any(|path| path.as_os_str() == "-") {
+        let message = "standard input can be read once only, and --verify reads twice";
+        return Err(Failure::new(Exit::Usage, "verify.input", message).help("name a file"));
+    }
+    let folder = RunFolder::choose(job.args.out.as_deref(), &job.name, job.args.force)?;
+    if job.args.dry_run {
+        (job.open)()?; // what cannot be opened is no plan
+        return context.print(&plan::text(job, &folder, settings));
+    }
+    let mapper = new_mapper(&config)?;
+    let metrics = go_on(job, mapper, &folder, 0, context)?;
+    let verified = if job.args.verify { Some(run_again(job, &config, &folder, &metrics, context)?) } else { None };
+    if context.json {
+        context.print_json(&metrics)?;
+    } else {
+        context.print(&summary::text(&job.name, &folder, &metrics, job.args.seed, verified.as_deref()))?;
+    }
+    gate::check(&job.args.fail_on, &metrics)
 }
 
-/// Goes on with a map, fills the run folder, and says what was made.
+fn new_mapper(config: &Config) -> Result<Mapper, Failure> {
+    Mapper::new(config.clone()).map_err(rejected)
+}
+
+/// Goes on with a map and fills the run folder; `known` entries of the log are in the map already.
 pub(crate) fn go_on(
-    name: &str,
-    mapper: Mapper,
-    mut log: LogReader,
-    mut folder: RunFolder,
+    job: &Job,
+    mut mapper: Mapper,
+    folder: &RunFolder,
+    known: usize,
     context: &Context,
-) -> Result<(), Failure> {
+) -> Result<Metrics, Failure> {
     let started = Instant::now();
-    let finished = build(mapper, &mut log, context)?;
-    let mut metrics = finished.metrics.clone();
+    context::catch_interrupts();
+    let mut record = RunRecord::begin(job.args.seed, job.inputs);
+    let mut log = (job.open)()?;
+    let part = Part { known, from: job.args.from, until: job.args.until };
+    let path = folder.path().to_owned();
+    let mut save = |mapper: &Mapper| {
+        record.entries = mapper.tally().entries;
+        output::checkpoint(&path, mapper)?;
+        record.write(&path)
+    };
+    let fed = mapping::feed(&mut mapper, &mut log, part, job.args.checkpoint, context, &mut save)?;
+    if fed.interrupted {
+        save(&mapper)?;
+        let message = format!("interrupted after {} places; the map so far is kept", mapper.topology().n_visited());
+        return Err(Failure::new(Exit::Interrupted, "interrupted", message)
+            .help(format!("resume with: topogrid resume {}", path.display())));
+    }
     warn_of_skipped(log.reports(), context);
     let skipped: u64 = log.reports().map(|report| report.skipped_lines()).sum();
-    metrics.log.skipped = usize::try_from(skipped).unwrap_or(usize::MAX);
+    record.entries = mapper.tally().entries;
+    let mut finished = finish(mapper, &fed, folder, context)?;
+    finished.metrics.log.skipped = usize::try_from(skipped).unwrap_or(usize::MAX);
+    let stage = context.progress().stage("writing", 0);
+    write(folder, &mut finished, started)?;
+    stage.finish(&format!("{} files", folder.size().0));
+    (record.complete, record.warnings) = (true, context.warnings());
+    record.seconds = started.elapsed().as_secs_f64();
+    record.write(folder.path())?;
+    Ok(finished.metrics)
+}
+
+/// Applies what was edited, and draws. The session that is kept is the map as it was recorded, without the edits.
+fn finish(mut mapper: Mapper, fed: &Fed, folder: &RunFolder, context: &Context) -> Result<Finished, Failure> {
+    let edits = edits::read(folder.path())?;
+    let config = mapper.config().clone();
+    if !edits.list.is_empty() {
+        output::write_session(folder, &mapper)?;
+        edits::apply(folder.path(), &mut mapper)?;
+    }
+    let mut finished = Finished::draw(mapper, context)?;
+    if edits.list.is_empty() {
+        output::write_session(folder, &finished.mapper)?; // with the regions that were found
+    }
+    output::write_config(folder, &config)?;
+    finished.metrics.truth = fed.truth.judge(&finished.mapper);
+    (finished.metrics.timings_s.read, finished.metrics.timings_s.local) = (fed.reading_s, fed.mapping_s);
+    Ok(finished)
+}
+
+/// Writes all that follows from the map; the figures come last, since they hold how long it took.
+fn write(folder: &RunFolder, finished: &mut Finished, started: Instant) -> Result<(), Failure> {
     let writing = Instant::now();
-    output::write(&mut folder, &finished)?;
-    metrics.timings_s.write = writing.elapsed().as_secs_f64();
-    metrics.timings_s.total = started.elapsed().as_secs_f64();
-    metrics.peak_memory_mib = memory::peak_mib();
-    folder.write("metrics.json", "the figures of the run", |out| Ok(serde_json::to_writer_pretty(out, &metrics)?))?;
-    if context.json { context.print_json(&metrics) } else { context.print(&summary::text(name, &folder, &metrics)) }
+    output::write(folder, &session::name(folder.path()), finished)?;
+    finished.metrics.timings_s.write = writing.elapsed().as_secs_f64();
+    finished.metrics.timings_s.total = started.elapsed().as_secs_f64();
+    finished.metrics.peak_memory_mib = memory::peak_mib();
+    output::write_metrics(folder, &finished.metrics)
 }
 
-/// A log or a configuration that the mapper refuses.
-fn rejected(error: hierarchy::MapperError) -> Failure {
-    Failure::new(Exit::Rejected, "map", error.to_string())
-}
-
-/// Feeds the log to the mapper and draws the gridmap.
-fn build(mut mapper: Mapper, log: &mut LogReader, context: &Context) -> Result<Finished, Failure> {
-    let mut truth = Truth::default();
-    let stage = context.progress().stage("mapping", 0);
-    let (mut reading, mut mapping) = (0.0, 0.0);
-    let mut mark = Instant::now();
-    for entry in log.by_ref() {
-        let entry = entry?;
-        reading += mark.elapsed().as_secs_f64();
-        mark = Instant::now();
-        if let EntryKind::Truth { map_from_robot } = entry.kind {
-            truth.push(entry.stamp, map_from_robot);
-        }
-        mapper.push(&entry).map_err(rejected)?;
-        mapping += mark.elapsed().as_secs_f64();
-        mark = Instant::now();
-        let entries = mapper.tally().entries;
-        if entries.is_multiple_of(100) {
-            let places = mapper.topology().n_visited();
-            stage.at(entries as u64, || format!("{entries} entries, {places} places"));
-        }
-    }
-    mapper.finish().map_err(rejected)?;
-    stage.finish(&format!("{} entries, {} places", mapper.tally().entries, mapper.topology().n_visited()));
-    if mapper.topology().places().is_empty() {
-        let message = "the log holds no scan, so there is nothing to map";
-        return Err(Failure::new(Exit::Rejected, "map.empty", message).help("topogrid inspect LOG tells what it holds"));
-    }
-    let stage = context.progress().stage("gridmap", 0);
-    let drawing = Instant::now();
-    let gridmap = mapper.gridmap().map_err(rejected)?;
-    let frame = gridmap.frame();
-    stage.finish(&format!("{} × {} cells of {} m", frame.rows(), frame.columns(), frame.resolution()));
-    let cutting = Instant::now();
-    let regions = mapper.survey(&gridmap).map_err(|error| {
-        Failure::new(Exit::Rejected, "regions", format!("could not cut the map into regions: {error}"))
-    })?;
-    let mut metrics = mapper.metrics().map_err(rejected)?;
-    metrics.regions = Some(hierarchy::count_regions(&regions));
-    metrics.timings_s.regions = cutting.elapsed().as_secs_f64();
-    metrics.truth = truth.judge(&mapper);
-    metrics.grid = count(&gridmap);
-    metrics.timings_s.read = reading;
-    metrics.timings_s.local = mapping;
-    metrics.timings_s.grid = drawing.elapsed().as_secs_f64();
-    Ok(Finished { mapper, gridmap, regions, metrics })
-}
-
-fn count(gridmap: &FuzzyGrid) -> GridMetrics {
-    let counts = global_grid::count_cells(gridmap, &global_grid::CrispOptions::default());
-    let frame = gridmap.frame();
-    GridMetrics {
-        rows: frame.rows(),
-        columns: frame.columns(),
-        resolution_m: frame.resolution(),
-        calculus: "fuzzy".into(),
-        occupied: counts.occupied,
-        empty: counts.empty,
-        contradictory: counts.contradictory,
-        unexplored: counts.unexplored,
-    }
+/// Maps the log a second time, beside the first, and compares; the times are those of the first run.
+fn run_again(
+    job: &Job,
+    config: &Config,
+    first: &RunFolder,
+    metrics: &Metrics,
+    context: &Context,
+) -> Result<String, Failure> {
+    let silent = context.silent();
+    let stage = context.progress().stage("verifying", 0);
+    let beside = tempfile::Builder::new().prefix(".verify-").tempdir_in(first.path());
+    let beside = beside.map_err(|error| Failure::writing(first.path(), &error))?;
+    let folder = RunFolder::existing(beside.path());
+    let (mut mapper, mut log) = (new_mapper(config)?, (job.open)()?);
+    let part = Part { known: 0, from: job.args.from, until: job.args.until };
+    let fed = mapping::feed(&mut mapper, &mut log, part, 0, &silent, |_| Ok(()))?;
+    let mut finished = finish(mapper, &fed, &folder, &silent)?;
+    finished.metrics.log.skipped = metrics.log.skipped;
+    finished.metrics.timings_s = metrics.timings_s.clone();
+    finished.metrics.peak_memory_mib = metrics.peak_memory_mib;
+    output::write(&folder, &session::name(first.path()), &finished)?;
+    output::write_metrics(&folder, &finished.metrics)?;
+    let verdict = verify::compare(first.path(), beside.path());
+    stage.finish(verdict.as_deref().unwrap_or("not identical"));
+    verdict
 }

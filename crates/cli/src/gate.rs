@@ -29,14 +29,14 @@ impl FromStr for Gate {
 }
 
 /// Fails where one of the conditions holds for the numbers of `report`, which are named as in its JSON.
-pub(super) fn check(gates: &[Gate], report: &impl Serialize) -> Result<(), Failure> {
+pub(crate) fn check(gates: &[Gate], report: &impl Serialize) -> Result<(), Failure> {
     if gates.is_empty() {
         return Ok(());
     }
     let document = serde_json::to_value(report).unwrap_or_default();
     for gate in gates {
         let Some(value) = gate.find(&document) else {
-            let message = format!("there is no number `{}` in these scores", gate.name);
+            let message = format!("there is no number `{}` in these results", gate.name);
             return Err(Failure::new(Exit::Usage, "gate.name", message)
                 .help("the names are those that --json prints, joined by dots"));
         };

@@ -1,0 +1,104 @@
+use std::time::Instant;
+
+use hierarchy::{Mapper, Truth};
+use robot_log::{EntryKind, LogReader};
+
+use crate::context::{self, Context};
+use crate::failure::Failure;
+use crate::finished::rejected;
+
+/// Which part of a log is mapped.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Part {
+    /// Entries that were taken in before, and are passed over if the log is the same.
+    pub(crate) known: usize,
+    /// Seconds after the log's first entry at which mapping begins and ends.
+    pub(crate) from: Option<f64>,
+    pub(crate) until: Option<f64>,
+}
+
+/// How the feeding of a log went.
+#[derive(Debug, Default)]
+pub(crate) struct Fed {
+    pub(crate) truth: Truth,
+    pub(crate) reading_s: f64,
+    pub(crate) mapping_s: f64,
+    /// The user wanted to stop: the log is not at its end.
+    pub(crate) interrupted: bool,
+}
+
+/// Feeds a log to the mapper, entry by entry, and completes the map unless the user interrupts.
+///
+/// `checkpoint` is called after every `every` new places.
+pub(crate) fn feed(
+    mapper: &mut Mapper,
+    log: &mut LogReader,
+    part: Part,
+    every: usize,
+    context: &Context,
+    mut checkpoint: impl FnMut(&Mapper) -> Result<(), Failure>,
+) -> Result<Fed, Failure> {
+    let stage = context.progress().stage("topology", 0);
+    let mut fed = Fed::default();
+    let (mut known, mut first) = (part.known, None);
+    let mut saved = mapper.topology().n_visited();
+    let mut mark = Instant::now();
+    for entry in log.by_ref() {
+        let entry = entry?;
+        fed.reading_s += mark.elapsed().as_secs_f64();
+        mark = Instant::now();
+        if let EntryKind::Truth { map_from_robot } = entry.kind {
+            fed.truth.push(entry.stamp, map_from_robot);
+        }
+        let start = *first.get_or_insert_with(|| {
+            // Another log than the one before is taken in whole.
+            let same = mapper.tally().stamps.is_some_and(|(start, _)| start == entry.stamp);
+            known = if same { known } else { 0 };
+            entry.stamp
+        });
+        if known > 0 {
+            known -= 1;
+            continue;
+        }
+        if part.from.is_some_and(|from| entry.stamp - start < from) {
+            continue;
+        }
+        if part.until.is_some_and(|until| entry.stamp - start > until) {
+            break;
+        }
+        mapper.push(&entry).map_err(rejected)?;
+        fed.mapping_s += mark.elapsed().as_secs_f64();
+        mark = Instant::now();
+        let entries = mapper.tally().entries;
+        if entries.is_multiple_of(100) {
+            stage.at(entries as u64, || so_far(mapper));
+        }
+        let places = mapper.topology().n_visited();
+        if every > 0 && places >= saved + every {
+            saved = places;
+            checkpoint(mapper)?;
+        }
+        if context::interrupted() {
+            fed.interrupted = true;
+            stage.finish(&so_far(mapper));
+            return Ok(fed);
+        }
+    }
+    mapper.finish().map_err(rejected)?;
+    stage.finish(&so_far(mapper));
+    Ok(fed)
+}
+
+/// What has been found by now.
+fn so_far(mapper: &Mapper) -> String {
+    let (map, closures) = (mapper.topology(), mapper.closures());
+    let refused =
+        closures.iter().filter(|closure| !matches!(closure.verdict, hierarchy::Verdict::Accepted { .. })).count();
+    format!(
+        "{} entries, {} places, {} links, {} loops ({refused} refused)",
+        mapper.tally().entries,
+        map.n_visited(),
+        map.links().len(),
+        closures.len() - refused
+    )
+}

@@ -1,0 +1,154 @@
+"""Reads what topogrid exports with other people's readers and prints what they saw, as JSON.
+
+    python3 readers.py FORMAT FILE...
+
+Exit code 77 means that the reader is not installed.
+"""
+
+import json
+import re
+import sys
+
+
+def missing(package):
+    print(f"skipped: the Python package {package} is not installed")
+    sys.exit(77)
+
+
+def tum(path):
+    try:
+        from evo.tools import file_interface
+    except ImportError:
+        missing("evo")
+    path = file_interface.read_tum_trajectory_file(path)
+    assert path.check()[0], path.check()[1]
+    return {"poses": path.num_poses, "length_m": path.path_length, "end": path.positions_xyz[-1].tolist()}
+
+
+def geojson(path):
+    try:
+        import geojson
+    except ImportError:
+        missing("geojson")
+    with open(path) as file:
+        collection = geojson.load(file)
+    assert collection.is_valid, collection.errors()
+    kinds = [feature["geometry"]["type"] for feature in collection["features"]]
+    return {"features": len(kinds), "points": kinds.count("Point"), "lines": len(kinds) - kinds.count("Point")}
+
+
+def nav2(path):
+    """As Nav2's GeoJsonGraphFileLoader goes through a file."""
+    with open(path) as file:
+        features = json.load(file)["features"]
+    points = [f for f in features if f["geometry"]["type"] == "Point"]
+    lines = [f for f in features if f["geometry"]["type"] in ("MultiLineString", "LineString")]
+    where = {f["properties"]["id"]: f["geometry"]["coordinates"] for f in points}
+    ids = [f["properties"]["id"] for f in features]
+    assert all(isinstance(number, int) and number >= 0 for number in ids)
+    assert len(set(ids)) == len(ids), "ids must be unique across nodes and edges"
+    ways = set()
+    for line in lines:
+        start, end = line["properties"]["startid"], line["properties"]["endid"]
+        stretch = line["geometry"]["coordinates"][0]
+        assert stretch == [where[start], where[end]], "a line begins and ends at its nodes"
+        assert isinstance(line["properties"]["cost"], float)
+        ways.add((start, end))
+    assert all((end, start) in ways for start, end in ways), "both directions"
+    for feature in features:
+        for value in feature["properties"]["metadata"].values():
+            assert isinstance(value, (int, float, str, bool))
+    return {"nodes": len(points), "edges": len(lines)}
+
+
+# What topological_navigation asks of a map (its published schema, in our words): the keys that must be there, each with
+# what it holds; a list has one rule for all of its items.
+TMAP2 = {
+    "meta": {"last_updated": str},
+    "metric_map": str,
+    "name": str,
+    "pointset": str,
+    "nodes": [
+        {
+            "meta": {"map": str, "node": str, "pointset": str},
+            "node": {
+                "name": str,
+                "parent_frame": str,
+                "pose": {"position": {"x": float, "y": float, "z": float}, "orientation": {"w": float, "z": float}},
+                "properties": {"xy_goal_tolerance": float, "yaw_goal_tolerance": float},
+                "verts": [{"x": float, "y": float}],
+                "edges": [{"edge_id": str, "node": str, "action": str, "action_type": str, "goal": {"target_pose": dict}}],
+            },
+        }
+    ],
+}
+
+
+def follow(rule, value, where):
+    """Checks that a value is as its rule asks."""
+    if isinstance(rule, dict):
+        for key, inner in rule.items():
+            assert isinstance(value, dict) and key in value, f"{where} has no {key}"
+            follow(inner, value[key], f"{where}.{key}")
+    elif isinstance(rule, list):
+        assert isinstance(value, list), f"{where} is no list"
+        for index, item in enumerate(value):
+            follow(rule[0], item, f"{where}[{index}]")
+    else:
+        assert isinstance(value, rule), f"{where} is {value!r}"
+
+
+def tmap2(path):
+    try:
+        import yaml
+    except ImportError:
+        missing("PyYAML")
+    with open(path) as file:
+        tmap = yaml.safe_load(file)
+    follow(TMAP2, tmap, "map")
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d", tmap["meta"]["last_updated"])
+    names = [node["node"]["name"] for node in tmap["nodes"]]
+    edges = [edge["node"] for node in tmap["nodes"] for edge in node["node"]["edges"]]
+    assert len(set(names)) == len(names) and set(edges) <= set(names)
+    for node in tmap["nodes"]:
+        turn = node["node"]["pose"]["orientation"]
+        assert abs(turn["w"] ** 2 + turn["z"] ** 2 - 1) < 1e-6
+    return {"nodes": len(names), "edges": len(edges), "names": names}
+
+
+def dot(path):
+    try:
+        import networkx
+        import pydot
+    except ImportError:
+        missing("networkx or pydot")
+    graph = networkx.Graph(networkx.nx_pydot.from_pydot(pydot.graph_from_dot_file(path)[0]))
+    graph.remove_nodes_from([node for node in graph if not node.startswith("P")])
+    spots = [attributes["pos"] for _, attributes in graph.nodes(data=True)]
+    assert all(spot.strip('"').endswith("!") for spot in spots)
+    return {"nodes": len(graph), "edges": graph.number_of_edges(), "connected": networkx.is_connected(graph)}
+
+
+def map_server(path):
+    try:
+        import yaml
+    except ImportError:
+        missing("PyYAML")
+    with open(path) as file:
+        header = yaml.safe_load(file)
+    assert header["free_thresh"] < 50 / 255 < header["occupied_thresh"] and header["negate"] == 0
+    assert header["image"] == "map.pgm" and header["origin"][2] == 0
+    with open(path.replace("map.yaml", header["image"]), "rb") as file:
+        kind, size, depth, pixels = file.read().split(b"\n", 3)
+    columns, rows = map(int, size.split())
+    assert kind == b"P5" and depth == b"255" and len(pixels) == rows * columns
+    cells = {"occupied": 0, "free": 0, "unknown": 0}
+    for shade in pixels:  # as nav2_map_server's loader decides
+        share = (255 - shade) / 255
+        word = "occupied" if share > header["occupied_thresh"] else "free" if share < header["free_thresh"] else "unknown"
+        cells[word] += 1
+    return {"rows": rows, "columns": columns, **cells}
+
+
+if __name__ == "__main__":
+    print(json.dumps(globals()[sys.argv[1]](*sys.argv[2:])))
