@@ -1,12 +1,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hierarchy::evaluate::{Alignment, MapMatch, Sharpness, compare_maps, sharpness};
-use nalgebra::Isometry2;
+use hierarchy::evaluate::Alignment;
 use serde::Serialize;
 
 use crate::context::Context;
-use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::gate::{self, Gate};
 use crate::input::ReadingArgs;
@@ -16,7 +14,7 @@ mod subject;
 mod table;
 
 use judge::{Judge, RecognitionScores, Scores};
-use subject::{Subject, is_map, read_map};
+use subject::Subject;
 
 /// How good a run is: against the truth, with the names and values that evo prints, or without one
 ///
@@ -104,8 +102,6 @@ struct Report {
     estimate: Scores,
     odometry: Option<Scores>,
     recognition: Option<RecognitionScores>,
-    map: Option<MapMatch>,
-    sharpness: Option<Sharpness>,
 }
 
 /// Judges the run and prints the scores.
@@ -113,18 +109,16 @@ pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure>
     let subject = Subject::read(&args.subject, args.odometry.as_deref(), &args.reading)?;
     let judge = Judge::read(args)?;
     let carrier = subject.odometry.as_ref().filter(|_| args.carry);
-    let estimate = judge.scores(&subject.path, carrier);
+    let estimate = judge.scores(&subject.path, carrier, subject.map.as_ref());
     judge.check(&estimate)?;
-    let aligned = estimate.ate.as_ref().map_or_else(Isometry2::identity, |ate| ate.reference_from_estimate);
+    let raw_map = subject.odometry_map();
     let report = Report {
         schema: "topogrid/evaluate/1",
         file: args.subject.display().to_string(),
         poses: subject.path.len(),
         path_length_m: subject.path.length(),
-        odometry: subject.odometry.as_ref().map(|path| judge.scores(path, None)),
-        recognition: judge.recognition()?,
-        map: compare(args, &subject, &aligned)?,
-        sharpness: subject.map.as_ref().map(|(map, _)| sharpness(map)),
+        odometry: subject.odometry.as_ref().map(|path| judge.scores(path, None, raw_map.as_ref())),
+        recognition: subject.run.as_ref().and_then(|run| judge.recognition(run)),
         estimate,
     };
     if context.json {
@@ -133,15 +127,4 @@ pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure>
         context.print(&table::render(&report))?;
     }
     gate::check(&args.fail_on, &report)
-}
-
-/// The map of the run against the true map, if there are both; `aligned` lays the run's frame onto that of the true path.
-fn compare(args: &EvaluateArgs, subject: &Subject, aligned: &Isometry2<f64>) -> Result<Option<MapMatch>, Failure> {
-    let Some(path) = args.truth.iter().find(|path| is_map(path)) else { return Ok(None) };
-    let Some((map, map_from_grid)) = &subject.map else {
-        let message = format!("{} holds no map to compare with {}", args.subject.display(), path.display());
-        return Err(Failure::new(Exit::Usage, "evaluate.map", message).help("name a run folder"));
-    };
-    let (reference, true_from_grid) = read_map(path)?;
-    Ok(Some(compare_maps(map, &reference, &(true_from_grid.inverse() * aligned * map_from_grid))))
 }

@@ -1,4 +1,4 @@
-use nalgebra::Isometry2;
+use nalgebra::{Isometry2, Point2, Vector2};
 
 use super::path::TimedPath;
 use super::recognition::Recognition;
@@ -13,7 +13,8 @@ const LONGEST_GAP: f64 = 2.0;
 
 /// How well the places of a finished map were recognised, given where the robot truly was.
 ///
-/// An accepted closure is right where the place that it names truly lies within one spacing of where it says. A place is
+/// An accepted closure is right where the place that it names truly lies within one spacing of where it says, or farther
+/// only along an axis of which its covariance says that it knows nothing (99 %), such as that of a corridor. A place is
 /// a revisit where the robot truly was within one spacing of an earlier one, after a way of some length.
 /// `None` where no two places have a truth.
 #[must_use]
@@ -30,8 +31,8 @@ pub fn recognition(mapper: &Mapper, truth: &TimedPath) -> Option<Recognition> {
     let true_place = |place| visits.iter().find(|(anchor, _)| anchor.place == place).map(|(_, pose)| pose);
     let is_right = |closure: &Closure| {
         let (place, known) = (true_place(closure.place)?, true_place(closure.known)?);
-        let claimed = place * nalgebra::Point2::from(closure.displacement.vector);
-        Some((claimed - nalgebra::Point2::from(known.translation.vector)).norm() <= spacing)
+        let off = place.inverse() * Point2::from(known.translation.vector) - closure.displacement.vector;
+        Some(is_admitted(off.coords, closure, spacing))
     };
     let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
     let judged: Vec<(&Closure, bool)> = accepted.filter_map(|closure| Some((closure, is_right(closure)?))).collect();
@@ -54,3 +55,12 @@ pub fn recognition(mapper: &Mapper, truth: &TimedPath) -> Option<Recognition> {
         recognized: revisits.iter().filter(is_recognized).count(),
     })
 }
+
+/// Whether a closure may be `off` by so much and still be right.
+fn is_admitted(off: Vector2<f64>, closure: &Closure, spacing: f64) -> bool {
+    let inverse = closure.displacement.covariance.try_inverse();
+    off.norm() <= spacing || inverse.is_some_and(|inverse| (off.transpose() * inverse * off)[0] <= CHI2_99)
+}
+
+/// 99 % of the χ² distribution with two degrees of freedom.
+const CHI2_99: f64 = 9.21;

@@ -1,13 +1,13 @@
 use hierarchy::Mapper;
 use hierarchy::evaluate::{
-    AbsoluteError, Delta, Localization, Pairing, Recognition, Relation, RelationsError, RelationsOptions,
-    RelativeError, TimedPath, absolute_error, localization, read_relations, recognition, relations_error,
-    relative_error,
+    AbsoluteError, Delta, Localization, MapMatch, Pairing, Recognition, Relation, RelationsError, RelationsOptions,
+    RelativeError, Sharpness, TimedPath, absolute_error, compare_maps, localization, read_relations, recognition,
+    relations_error, relative_error, sharpness,
 };
 use nalgebra::Isometry2;
 use serde::Serialize;
 
-use super::subject::{is_map, read_path};
+use super::subject::{PlacedMap, is_map, read_map, read_path};
 use super::{EvaluateArgs, PairChoice};
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -20,6 +20,8 @@ pub(super) struct Scores {
     pub(super) rpe: Option<RelativeError>,
     pub(super) localization: Option<Localization>,
     pub(super) relations: Option<RelationsError>,
+    pub(super) map: Option<MapMatch>,
+    pub(super) sharpness: Option<Sharpness>,
 }
 
 /// How well the run knew places again.
@@ -36,21 +38,24 @@ pub(super) struct Judge<'a> {
     args: &'a EvaluateArgs,
     truth: Option<TimedPath>,
     relations: Option<Vec<Relation>>,
+    map: Option<PlacedMap>,
 }
 
 impl<'a> Judge<'a> {
-    /// Reads the true path and the true relations, as far as they are named.
+    /// Reads the true path, the true relations and the true map, as far as they are named.
     pub(super) fn read(args: &'a EvaluateArgs) -> Result<Self, Failure> {
         let path = args.truth.iter().find(|path| !is_map(path));
         let truth = path.map(|path| read_path(path, &args.reading, true)).transpose()?;
         let relations = args.relations.as_ref().map(|path| {
             read_relations(files::open(path)?).map_err(|error| Failure::rejected(path, "relations.parse", &error))
         });
-        Ok(Self { args, truth, relations: relations.transpose()? })
+        let map = args.truth.iter().find(|path| is_map(path)).map(|path| read_map(path)).transpose()?;
+        Ok(Self { args, truth, relations: relations.transpose()?, map })
     }
 
-    /// The scores of a path; where poses are few, `carrier` brings them to the stamps of the relations.
-    pub(super) fn scores(&self, path: &TimedPath, carrier: Option<&TimedPath>) -> Scores {
+    /// The scores of a path and of the map drawn along it; where poses are few, `carrier` brings them to the stamps of
+    /// the relations.
+    pub(super) fn scores(&self, path: &TimedPath, carrier: Option<&TimedPath>, map: Option<&PlacedMap>) -> Scores {
         let (args, truth) = (self.args, self.truth.as_ref());
         let pairing = truth.map_or_else(Pairing::default, |truth| self.pairing(path, truth));
         let ate = truth.and_then(|truth| absolute_error(path, truth, args.align.into(), pairing));
@@ -60,6 +65,10 @@ impl<'a> Judge<'a> {
             rpe: truth.and_then(|truth| relative_error(path, truth, Delta::Metres(args.stretch), pairing)),
             localization: truth.and_then(|truth| localization(path, truth, &aligned, pairing, args.cell)),
             relations: self.relations.as_ref().map(|relations| relations_error(path, relations, carrier, &options)),
+            map: self.map.as_ref().zip(map).map(|((reference, true_from_grid), (map, map_from_grid))| {
+                compare_maps(map, reference, &(true_from_grid.inverse() * aligned * map_from_grid))
+            }),
+            sharpness: map.map(|(map, _)| sharpness(map)),
             ate,
         }
     }
@@ -86,17 +95,16 @@ impl<'a> Judge<'a> {
                 Failure::new(Exit::Rejected, "evaluate.stamps", message).help("check that both use the same clock")
             );
         }
+        if self.map.is_some() && scores.map.is_none() {
+            let message = format!("{} holds no map to compare with the true one", self.args.subject.display());
+            return Err(Failure::new(Exit::Usage, "evaluate.map", message).help("name a run folder"));
+        }
         Ok(())
     }
 
-    /// How well the run knew places again, where its session and a true path are at hand.
-    pub(super) fn recognition(&self) -> Result<Option<RecognitionScores>, Failure> {
-        let session = self.args.subject.join("session.hmap");
-        let Some(truth) = self.truth.as_ref().filter(|_| session.exists()) else { return Ok(None) };
-        let mapper = Mapper::load(&mut files::open(&session)?)
-            .map_err(|error| Failure::rejected(&session, "session", &error))?;
-        let scores =
-            |counts: Recognition| RecognitionScores { precision: counts.precision(), recall: counts.recall(), counts };
-        Ok(recognition(&mapper, truth).map(scores))
+    /// How well the run knew places again, where a true path is at hand.
+    pub(super) fn recognition(&self, mapper: &Mapper) -> Option<RecognitionScores> {
+        let counts = recognition(mapper, self.truth.as_ref()?)?;
+        Some(RecognitionScores { precision: counts.precision(), recall: counts.recall(), counts })
     }
 }

@@ -1,8 +1,9 @@
 use std::path::{Path, PathBuf};
 
-use global_grid::Occupancy;
 use global_grid::map_server::{MapMetadata, read_image};
-use hierarchy::evaluate::TimedPath;
+use global_grid::{CrispOptions, Occupancy, occupancy};
+use hierarchy::Mapper;
+use hierarchy::evaluate::{TimedPath, odometry_map};
 use hierarchy::local_grid::Grid;
 use nalgebra::Isometry2;
 use robot_log::EntryKind;
@@ -21,6 +22,8 @@ pub(super) struct Subject {
     pub(super) path: TimedPath,
     pub(super) odometry: Option<TimedPath>,
     pub(super) map: Option<PlacedMap>,
+    /// The run itself, where its session is at hand.
+    pub(super) run: Option<Mapper>,
 }
 
 impl Subject {
@@ -28,14 +31,23 @@ impl Subject {
     pub(super) fn read(path: &Path, odometry: Option<&Path>, reading: &ReadingArgs) -> Result<Self, Failure> {
         let odometry = odometry.map(|path| read_path(path, reading, false)).transpose()?;
         if !path.is_dir() {
-            return Ok(Self { path: read_path(path, reading, false)?, odometry, map: None });
+            return Ok(Self { path: read_path(path, reading, false)?, odometry, map: None, run: None });
         }
         let file = |name: &str| Some(path.join(name)).filter(|file| file.exists());
         let trajectory = trajectory_of(path)?;
         let beside = || file("odometry.tum").map(|file| read_path(&file, reading, false)).transpose();
         let odometry = odometry.map_or_else(beside, |odometry| Ok(Some(odometry)))?;
         let map = file("map.yaml").map(|file| read_map(&file)).transpose()?;
-        Ok(Self { path: read_path(&trajectory, reading, false)?, odometry, map })
+        let run = file("session.hmap").map(|file| {
+            Mapper::load(&mut files::open(&file)?).map_err(|error| Failure::rejected(&file, "session", &error))
+        });
+        Ok(Self { path: read_path(&trajectory, reading, false)?, odometry, map, run: run.transpose()? })
+    }
+
+    /// The map that the run's scans make along its raw odometry; `None` where that cannot be drawn.
+    pub(super) fn odometry_map(&self) -> Option<PlacedMap> {
+        let grid = odometry_map(self.run.as_ref()?).ok()?;
+        Some((occupancy(&grid, &CrispOptions::default()), Isometry2::identity()))
     }
 }
 

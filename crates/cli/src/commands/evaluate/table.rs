@@ -7,7 +7,7 @@ use super::{RecognitionScores, Report, Scores};
 /// A line of the table: what it is, how it is read from the scores of a path, decimals, unit.
 type Row = (&'static str, fn(&Scores) -> Option<f64>, usize, &'static str);
 
-const ROWS: [Row; 15] = [
+const ROWS: [Row; 30] = [
     ("ATE rmse", |scores| Some(scores.ate.as_ref()?.translation_m.rmse), 3, "m"),
     ("ATE mean", |scores| Some(scores.ate.as_ref()?.translation_m.mean), 3, "m"),
     ("ATE max", |scores| Some(scores.ate.as_ref()?.translation_m.max), 3, "m"),
@@ -22,16 +22,30 @@ const ROWS: [Row; 15] = [
     ("  turn, mean", |scores| Some(scores.relations?.all?.rotation_mean_deg), 3, "°"),
     ("  up to 15 s", |scores| Some(scores.relations?.near?.translation_mean_m), 4, "m"),
     ("  over 15 s", |scores| Some(scores.relations?.far?.translation_mean_m), 4, "m"),
+    ("  turn up to 15 s", |scores| Some(scores.relations?.near?.rotation_mean_deg), 3, "°"),
+    ("  turn over 15 s", |scores| Some(scores.relations?.far?.rotation_mean_deg), 3, "°"),
     ("  squared, mean", |scores| Some(scores.relations?.all?.translation_squared_m2), 5, "m²"),
+    ("  turn squared", |scores| Some(scores.relations?.all?.rotation_squared_deg2), 3, "°²"),
+    ("walls right 0.1 m", |scores| Some(100.0 * scores.map.as_ref()?.walls.first()?.precision), 1, "%"),
+    ("      found 0.1 m", |scores| Some(100.0 * scores.map.as_ref()?.walls.first()?.recall), 1, "%"),
+    ("walls right 0.2 m", |scores| Some(100.0 * scores.map.as_ref()?.walls.get(1)?.precision), 1, "%"),
+    ("      found 0.2 m", |scores| Some(100.0 * scores.map.as_ref()?.walls.get(1)?.recall), 1, "%"),
+    ("walls right 0.3 m", |scores| Some(100.0 * scores.map.as_ref()?.walls.get(2)?.precision), 1, "%"),
+    ("      found 0.3 m", |scores| Some(100.0 * scores.map.as_ref()?.walls.get(2)?.recall), 1, "%"),
+    ("free space IoU", |scores| scores.map.as_ref()?.free_iou, 3, ""),
+    ("map score per cell", |scores| Some(scores.map.as_ref()?.score_per_cell), 3, ""),
+    ("not mapped", |scores| Some(100.0 * scores.map.as_ref()?.unknown_share), 1, "%"),
+    ("wall thickness", |scores| scores.sharpness?.wall_thickness_m, 3, "m"),
+    ("free area", |scores| Some(scores.sharpness?.free_m2), 1, "m²"),
+    ("occupied area", |scores| Some(scores.sharpness?.occupied_m2), 1, "m²"),
 ];
 
 /// The report in words; writing to a string cannot fail.
 pub(super) fn render(report: &Report) -> String {
     let mut text = format!("{}: {} poses, {:.1} m\n", report.file, report.poses, report.path_length_m);
-    let compared = report.estimate.ate.is_some() || report.estimate.relations.is_some();
-    if compared {
-        let _ = writeln!(text, "\n  {:<18} {:>14} {:>14}", "", "odometry", "this");
-    }
+    let Scores { ate, relations, map, .. } = &report.estimate;
+    let compared = ate.is_some() || relations.is_some() || map.is_some();
+    let _ = writeln!(text, "\n  {:<18} {:>14} {:>14}", "", "odometry", "this");
     if let Some(ate) = &report.estimate.ate {
         let of = |ate: &AbsoluteError| format!("{} {}", ate.pairs, ate.pairing);
         let odometry =
@@ -51,36 +65,7 @@ pub(super) fn render(report: &Report) -> String {
             counts.claimed, counts.revisits
         );
     }
-    if let Some(map) = &report.map {
-        let _ = writeln!(text, "\n  {:<18} {:>14} {:>14}", "walls within", "precision", "recall");
-        for walls in &map.walls {
-            let _ = writeln!(
-                text,
-                "  {:<18} {:>14.3} {:>14.3}",
-                format!("{} m", walls.tolerance_m),
-                walls.precision,
-                walls.recall
-            );
-        }
-        let iou = map.free_iou.map_or_else(|| "–".to_owned(), |iou| format!("{iou:.3}"));
-        let _ = writeln!(
-            text,
-            "  free space IoU {iou}, map score {:.3} per cell, {:.1} % unknown",
-            map.score_per_cell,
-            100.0 * map.unknown_share
-        );
-    }
-    if let Some(sharpness) = &report.sharpness {
-        let thickness = sharpness
-            .wall_thickness_m
-            .map_or_else(|| "no walls".to_owned(), |metres| format!("walls {metres:.3} m thick"));
-        let _ = writeln!(
-            text,
-            "\n  map: {thickness}, {:.1} m² free, {:.1} m² occupied",
-            sharpness.free_m2, sharpness.occupied_m2
-        );
-    }
-    if !compared && report.map.is_none() {
+    if !compared {
         text += "\n  nothing to compare with: name --truth or --relations\n";
     }
     text

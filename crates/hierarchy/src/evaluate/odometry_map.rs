@@ -1,0 +1,23 @@
+use global_grid::{GridError, GridMap, GridOptions, SonarModel};
+use local_grid::{FuzzyGrid, SonarCone};
+
+use crate::mapper::Mapper;
+
+/// The gridmap that the same scans would make where the raw odometry believes them to have been taken.
+///
+/// It is what a map has to be better than: drawn as [`Mapper::gridmap`] draws, in the frame of the odometry.
+///
+/// # Errors
+///
+/// Nothing was sensed, or the path runs farther than a dense grid can reach.
+pub fn odometry_map(mapper: &Mapper) -> Result<FuzzyGrid, GridError> {
+    let mut grid = GridMap::new(GridOptions {
+        resolution: mapper.config().grid.resolution_m,
+        sonar: SonarModel::Cone(SonarCone::default()),
+        ..GridOptions::default()
+    })?;
+    for (key, sample) in (0..).zip(mapper.trajectory().samples()) {
+        grid.insert(key, &sample.odom_from_robot, &sample.scan)?;
+    }
+    grid.to_grid()
+}
