@@ -1,6 +1,6 @@
 use std::sync::{Arc, LazyLock};
 
-use robot_log::local_grid::{RangeSensor, Reading, Scan, SensorKind};
+use robot_log::local_grid::{RangeSensor, Reading, Scan, SensorKind, SonarCone};
 use robot_log::{Entry, EntryKind};
 
 /// Whether the robot sees its surroundings, or has nothing but odometry and a recogniser of its own.
@@ -69,13 +69,15 @@ impl Eyes {
 const BODY: &str = "body";
 /// Half the width in metres that any wheeled robot sweeps free where it drives.
 const RADIUS: f64 = 0.2;
-/// Cones that fill its outline.
-const CONES: u8 = 24;
+/// Cones that fill its outline, some of them over every point.
+const CONES: u8 = 72;
 
-/// The body as a sensor: the robot stands here, so nothing else does. Of all kinds, a sonar's silence means emptiness.
+/// The body as a sensor: the robot stands here, so nothing else does. Of all kinds, a sonar's silence means emptiness;
+/// it fades towards the end of the cone, which therefore reaches that much farther.
 static TOUCH: LazyLock<Scan> = LazyLock::new(|| {
     let (kind, width) = (SensorKind::Sonar, std::f64::consts::TAU / f64::from(CONES));
-    let sensor = RangeSensor::ring(BODY, kind, usize::from(CONES), 0.0, width, 0.0..=RADIUS).expect("a valid ring");
+    let reach = RADIUS + SonarCone::default().depth;
+    let sensor = RangeSensor::ring(BODY, kind, usize::from(CONES), 0.0, width, 0.0..=reach).expect("a valid ring");
     Scan::new(Arc::new(sensor), vec![Reading::NoEcho; usize::from(CONES)]).expect("a reading for each cone")
 });
 
