@@ -4,10 +4,15 @@ mod compliance;
 mod dense;
 mod dissection;
 mod factor;
+mod front;
 mod graph;
+mod inverse;
 mod minimum_degree;
+mod once;
 mod reduction;
 mod separator;
+mod stars;
+mod substitution;
 mod symbolic;
 
 use nalgebra::{Matrix2, Point2};
@@ -18,8 +23,10 @@ pub(crate) use compliance::Compliance;
 pub(crate) use dissection::dissect;
 pub(crate) use factor::Factor;
 pub(crate) use graph::{Graph, Springs};
+use once::Once;
 use reduction::Reduction;
 pub(crate) use reduction::{Level, steps};
+use symbolic::Symbolic;
 
 /// The direct solution made for topological maps.
 ///
@@ -70,22 +77,26 @@ fn solve<C: Compliance, const WIDTH: usize, const SIDES: usize>(
     let reduction = Reduction::<C>::new(network);
     let core = &reduction.core;
     let mut positions = core.reckoned(anchored);
-    let mut factor = Factor::<WIDTH>::planned(core, dissect(core, &positions));
-    if factor.work() > limit {
+    if WIDTH == 1 && core.nodes <= stars::LARGEST {
+        stars::settle(core, &mut positions);
+        return Some(reduction.expand(positions));
+    }
+    let order = dissect(core, &positions);
+    let symbolic = Symbolic::new(core, &order);
+    if symbolic.work::<WIDTH>() > limit {
         return None;
     }
-    factor.compute(core);
     let forces = core.forces(&positions);
-    let mut x = vec![[0.0; SIDES]; factor.unknowns()];
-    for (chunk, &node) in x.chunks_exact_mut(WIDTH).zip(&factor.order.node) {
+    let mut x = vec![[0.0; SIDES]; order.node.len() * WIDTH];
+    for (chunk, &node) in x.chunks_exact_mut(WIDTH).zip(&order.node) {
         chunk.as_flattened_mut().copy_from_slice(&forces[node as usize]);
     }
-    factor.solve(&mut x);
-    for (chunk, &node) in x.chunks_exact(WIDTH).zip(&factor.order.node) {
+    drop(forces);
+    Once::<C, WIDTH>::planned(core, &order, &symbolic).solve(&mut x);
+    for (chunk, &node) in x.chunks_exact(WIDTH).zip(&order.node) {
         let step = chunk.as_flattened();
         positions[node as usize].x += step[0];
         positions[node as usize].y += step[1];
     }
-    drop(factor);
     Some(reduction.expand(positions))
 }

@@ -75,3 +75,23 @@ fn a_start_that_is_nowhere_is_replaced_by_dead_reckoning() {
     let start = [Point2::origin(), Point2::new(f64::NAN, 0.0)];
     assert_eq!(relax(&network, &start, &RelaxOptions::default()).positions[1], Point2::new(2.0, 0.0));
 }
+
+#[test]
+fn more_nodes_than_can_be_numbered_are_refused_before_any_memory_is_asked_for() {
+    let error = Network::new(usize::MAX, &[]).unwrap_err();
+    assert!(matches!(error, NetworkError::TooLarge { .. }), "{error}");
+}
+
+#[test]
+fn a_loop_of_a_million_places_shares_its_error_evenly() {
+    let nodes = 1_000_000;
+    let step =
+        |i: usize| Spring::isotropic(i, (i + 1) % nodes, Vector2::new(if i + 1 < nodes { 1.0 } else { 0.0 }, 0.5), 1.0);
+    let springs: Vec<Spring> = (0..nodes).map(step).collect();
+    let error = springs.iter().fold(Vector2::zeros(), |sum, s| sum + s.rest);
+    let positions = optimum(&Network::from_vec(nodes, springs).unwrap()).unwrap();
+    for (i, p) in positions.iter().enumerate().step_by(999) {
+        let expected = Vector2::new(i as f64, 0.5 * i as f64) - error * (i as f64 / nodes as f64);
+        assert!((p.coords - expected).norm() < 1e-6, "place {i} at {p} instead of {expected}");
+    }
+}

@@ -6,13 +6,11 @@
 //! coordinates mislead, because odometry has drifted too far or because they say nothing at all, breadth-first layers do
 //! instead.
 
-use std::cmp::Ordering;
-
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use super::compliance::Compliance;
 use super::graph::{Graph, Springs};
-use super::minimum_degree::{self, Block, Group};
+use super::minimum_degree::{self, Block, Group, Neighbours};
 use super::separator::Cover;
 
 /// Unknowns that are eliminated together, as the columns `first..end` of the factor.
@@ -44,12 +42,37 @@ const SUSPICIOUS: f64 = 3.0;
 /// How far from the middle a set may be parted for the sake of a smaller separator, in percent of its nodes.
 const LATITUDE: usize = 6;
 
-/// A node and where it seems to be.
+/// A node and where it seems to be: each coordinate as a number that sorts like it, the node's number in the last 32 bits.
 #[derive(Debug, Clone, Copy)]
 struct Item {
-    x: f32,
-    y: f32,
-    node: u32,
+    x: u64,
+    y: u64,
+}
+
+impl Item {
+    #[expect(clippy::cast_possible_truncation, reason = "coordinates need no more than to be compared")]
+    fn new(place: Vector2<f64>, node: u32) -> Self {
+        let key = |coordinate: f64| u64::from(sortable(coordinate as f32)) << 32 | u64::from(node);
+        Self { x: key(place.x), y: key(place.y) }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "the last 32 bits are the node")]
+    fn node(self) -> u32 {
+        self.x as u32
+    }
+}
+
+/// A number that sorts like `value`.
+fn sortable(value: f32) -> u32 {
+    let bits = value.to_bits();
+    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
+}
+
+/// The value of a key.
+fn coordinate(key: u64) -> f32 {
+    let bits = (key >> 32) as u32;
+    f32::from_bits(if bits >> 31 == 1 { bits ^ 1 << 31 } else { !bits })
 }
 
 struct Dissector<'a, C> {
@@ -74,7 +97,7 @@ struct Dissector<'a, C> {
 const SEPARATOR: u32 = u32::MAX;
 
 /// Orders the nodes of `graph`, which seem to be at `positions`.
-#[expect(clippy::cast_possible_truncation, reason = "32-bit indices; coordinates need no more than to be compared")]
+#[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
 pub(crate) fn dissect<C: Compliance>(graph: &Graph<C>, positions: &[Point2<f64>]) -> Order {
     let mut anchored = vec![false; graph.nodes];
     for &anchor in &graph.anchors {
@@ -83,10 +106,7 @@ pub(crate) fn dissect<C: Compliance>(graph: &Graph<C>, positions: &[Point2<f64>]
     let centre = positions.first().copied().unwrap_or(Point2::origin());
     let mut items: Vec<Item> = (0..graph.nodes as u32)
         .filter(|&node| !anchored[node as usize])
-        .map(|node| {
-            let p = positions[node as usize] - centre;
-            Item { x: p.x as f32, y: p.y as f32, node }
-        })
+        .map(|node| Item::new(positions[node as usize] - centre, node))
         .collect();
     let mut dissector = Dissector {
         graph,
@@ -103,7 +123,7 @@ pub(crate) fn dissect<C: Compliance>(graph: &Graph<C>, positions: &[Point2<f64>]
         groups: Vec::new(),
     };
     dissector.order(&mut items, 0);
-    let node: Vec<u32> = items.iter().map(|item| item.node).collect();
+    let node: Vec<u32> = items.iter().map(|item| item.node()).collect();
     let mut position = vec![u32::MAX; graph.nodes];
     for (at, &node) in (0_u32..).zip(&node) {
         position[node as usize] = at;
@@ -143,22 +163,26 @@ impl<C: Compliance> Dissector<'_, C> {
         let (inside, outside) = (self.next_side, self.next_side + 1);
         self.next_side += 2;
         for (local, item) in items.iter().enumerate() {
-            self.side[item.node as usize] = inside;
-            self.rank[item.node as usize] = local as u32;
+            self.side[item.node() as usize] = inside;
+            self.rank[item.node() as usize] = local as u32;
         }
         let mut others = 0;
         self.block.size = items.len();
         for (local, item) in items.iter().enumerate() {
-            let mut neighbours = 0_u128;
-            for end in self.graph.ends(item.node as usize) {
-                // Neighbours outside part this set from others; their sides are not needed any more.
+            let mut neighbours = Neighbours::default();
+            for end in self.graph.ends(item.node() as usize) {
                 let node = end.node as usize;
-                if self.side[node] != inside && self.side[node] != outside {
+                if self.side[node] == inside {
+                    neighbours.inside |= 1 << self.rank[node];
+                    continue;
+                }
+                if self.side[node] != outside {
+                    // Neighbours outside part this set from others; their sides are not needed any more.
                     self.side[node] = outside;
-                    self.rank[node] = (BLOCK + others % BLOCK) as u32;
+                    self.rank[node] = others % u64::BITS;
                     others += 1;
                 }
-                neighbours |= 1 << self.rank[node];
+                neighbours.outside |= 1 << self.rank[node];
             }
             self.block.neighbours[local] = neighbours;
         }
@@ -175,7 +199,7 @@ impl<C: Compliance> Dissector<'_, C> {
             self.supernodes.push(Supernode { first: begin, end, parent });
             begin = end;
         }
-        let mut sorted = [Item { x: 0.0, y: 0.0, node: 0 }; BLOCK];
+        let mut sorted = [Item { x: 0, y: 0 }; BLOCK];
         for (to, &from) in sorted.iter_mut().zip(&self.block_order) {
             *to = items[from];
         }
@@ -184,16 +208,13 @@ impl<C: Compliance> Dissector<'_, C> {
 
     /// Sorts `items` into two halves and, at the end, the separator between them; returns the sizes of the halves.
     fn part(&mut self, items: &mut [Item]) -> (usize, usize) {
-        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        let (mut low, mut high) = ([u64::MAX; 2], [0; 2]);
         for item in items.iter() {
             low = [low[0].min(item.x), low[1].min(item.y)];
             high = [high[0].max(item.x), high[1].max(item.y)];
         }
-        let half = if high[0] - low[0] >= high[1] - low[1] {
-            self.narrowest(items, |a, b| a.x.total_cmp(&b.x).then(a.node.cmp(&b.node)))
-        } else {
-            self.narrowest(items, |a, b| a.y.total_cmp(&b.y).then(a.node.cmp(&b.node)))
-        };
+        let extent = |axis: usize| coordinate(high[axis]) - coordinate(low[axis]);
+        let half = if extent(0) >= extent(1) { self.narrowest(items, |i| i.x) } else { self.narrowest(items, |i| i.y) };
         self.separate(&items[..half]);
         #[expect(clippy::cast_precision_loss, reason = "a rule of thumb")]
         if self.separator.len() as f64 > SUSPICIOUS * (items.len() as f64).sqrt() + 2.0 {
@@ -213,17 +234,17 @@ impl<C: Compliance> Dissector<'_, C> {
     }
 
     /// Sorts `items` as far as is needed to part them somewhere near the middle, where the fewest springs cross.
-    fn narrowest(&mut self, items: &mut [Item], compare: impl Fn(&Item, &Item) -> Ordering + Copy) -> usize {
+    fn narrowest(&mut self, items: &mut [Item], key: impl Fn(&Item) -> u64 + Copy) -> usize {
         let (first, last) = (items.len() * (50 - LATITUDE) / 100, items.len() * (50 + LATITUDE) / 100);
-        items.select_nth_unstable_by(first, compare);
-        items[first..].select_nth_unstable_by(last - first, compare);
-        items[first..last].sort_unstable_by(compare);
+        items.select_nth_unstable_by_key(first, key);
+        items[first..].select_nth_unstable_by_key(last - first, key);
+        items[first..last].sort_unstable_by_key(key);
         let (left, right) = self.label(items, first);
         // The line moves over one node after the other: springs to the right begin to cross it, those to the left cease to.
         let (mut crossing, mut least, mut best) = (0_i64, 0_i64, first);
         for (i, item) in items[..last].iter().enumerate().skip(first) {
-            self.side[item.node as usize] = left;
-            for end in self.graph.ends(item.node as usize) {
+            self.side[item.node() as usize] = left;
+            for end in self.graph.ends(item.node() as usize) {
                 let side = self.side[end.node as usize];
                 crossing += i64::from(side == right) - i64::from(side == left);
             }
@@ -232,7 +253,7 @@ impl<C: Compliance> Dissector<'_, C> {
             }
         }
         for item in &items[best..last] {
-            self.side[item.node as usize] = right;
+            self.side[item.node() as usize] = right;
         }
         best
     }
@@ -242,7 +263,7 @@ impl<C: Compliance> Dissector<'_, C> {
         let (left, right) = (self.next_side, self.next_side + 1);
         self.next_side += 2;
         for (i, item) in items.iter().enumerate() {
-            self.side[item.node as usize] = if i < half { left } else { right };
+            self.side[item.node() as usize] = if i < half { left } else { right };
         }
         (left, right)
     }
@@ -258,9 +279,9 @@ impl<C: Compliance> Dissector<'_, C> {
         self.frontier.clear();
         for item in left_items {
             let before = self.frontier.len();
-            self.frontier.extend(across(item.node));
+            self.frontier.extend(across(item.node()));
             if self.frontier.len() > before {
-                self.frontier.push(item.node);
+                self.frontier.push(item.node());
             }
         }
         self.separator.clear();
@@ -275,14 +296,14 @@ impl<C: Compliance> Dissector<'_, C> {
         let left_side = self.next_side - 2;
         let mut left = 0;
         for i in 0..items.len() {
-            if self.side[items[i].node as usize] == left_side {
+            if self.side[items[i].node() as usize] == left_side {
                 items.swap(i, left);
                 left += 1;
             }
         }
         let mut both = left;
         for i in left..items.len() {
-            if self.side[items[i].node as usize] != SEPARATOR {
+            if self.side[items[i].node() as usize] != SEPARATOR {
                 items.swap(i, both);
                 both += 1;
             }
@@ -297,13 +318,13 @@ impl<C: Compliance> Dissector<'_, C> {
         self.next_side += 2;
         debug_assert!(left < right);
         for item in items.iter() {
-            self.side[item.node as usize] = here;
+            self.side[item.node() as usize] = here;
         }
-        let mut seed = items[0].node;
+        let mut seed = items[0].node();
         for _ in 0..3 {
             seed = self.rank_from(seed, items, here);
         }
-        items.sort_unstable_by_key(|item| self.rank[item.node as usize]);
+        items.sort_unstable_by_key(|item| self.rank[item.node() as usize]);
     }
 
     /// Ranks the nodes of side `here` breadth first from `seed`, then from whatever was not reached; returns the last of the first.
@@ -311,7 +332,7 @@ impl<C: Compliance> Dissector<'_, C> {
         let seen = self.next_side;
         let mut queue: Vec<u32> = Vec::with_capacity(items.len());
         let mut last = seed;
-        for start in std::iter::once(seed).chain(items.iter().map(|item| item.node)) {
+        for start in std::iter::once(seed).chain(items.iter().map(|item| item.node())) {
             if self.side[start as usize] != here {
                 continue;
             }

@@ -75,8 +75,8 @@ pub(crate) type Step<C> = (Level<C>, Graph<C>);
 /// Every pass with the graph it left, the core last.
 pub(crate) fn steps<C: Compliance>(springs: &impl Springs<C>) -> Vec<Step<C>> {
     let mut steps = vec![reduce(springs)];
-    while let Some((level, graph)) = steps.last()
-        && pays(level, graph)
+    while let Some((_, graph)) = steps.last()
+        && pays(graph)
     {
         let next = reduce(graph);
         steps.push(next);
@@ -84,17 +84,19 @@ pub(crate) fn steps<C: Compliance>(springs: &impl Springs<C>) -> Vec<Step<C>> {
     steps
 }
 
-/// Whether another pass is worth its while: merging parallel springs makes new leaves and chains.
-fn pays<C>(level: &Level<C>, left: &Graph<C>) -> bool {
-    level.kept.len() * 16 < level.nodes * 15 && !left.edges.is_empty()
+/// Whether another pass is worth its while: merging parallel springs has made new leaves and chains, at least of one node in
+/// sixteen. Fewer are as quickly eliminated with the rest.
+fn pays<C: Compliance>(left: &Graph<C>) -> bool {
+    let few = (0..left.nodes).filter(|&node| left.ends(node).len() < JUNCTION as usize).count();
+    few * 16 > left.nodes + 16 * left.anchors.len()
 }
 
 impl<C: Compliance> Reduction<C> {
-    /// Takes leaves and chains out until a pass takes less than one node in sixteen.
+    /// Takes leaves and chains out while that pays.
     pub(crate) fn new(springs: &impl Springs<C>) -> Self {
         let (level, mut core) = reduce(springs);
         let mut levels = vec![level];
-        while levels.last().is_some_and(|last| pays(last, &core)) {
+        while pays(&core) {
             let (level, next) = reduce(&core);
             levels.push(level);
             core = next;

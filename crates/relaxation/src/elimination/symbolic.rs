@@ -48,6 +48,41 @@ impl Symbolic {
         pattern
     }
 
+    /// Where the columns of each supernode begin when they are stored one after the other, and at the end their length.
+    pub(super) fn value_start<const WIDTH: usize>(&self) -> Vec<usize> {
+        let mut start = Vec::with_capacity(self.supernodes.len() + 1);
+        let mut total = 0;
+        for (id, supernode) in self.supernodes.iter().enumerate() {
+            start.push(total);
+            let columns = (supernode.end - supernode.first) as usize * WIDTH;
+            total += columns * (columns + self.rows(id).len() * WIDTH);
+        }
+        start.push(total);
+        start
+    }
+
+    /// About how many multiplications the factorisation takes.
+    #[expect(clippy::cast_precision_loss, reason = "an estimate")]
+    pub(crate) fn work<const WIDTH: usize>(&self) -> f64 {
+        let front = |(id, s): (usize, &Supernode)| {
+            let (columns, rows) = ((s.end - s.first) as usize * WIDTH, self.rows(id).len() * WIDTH);
+            let (columns, rows) = (columns as f64, rows as f64);
+            columns * (columns * columns / 6.0 + columns * rows / 2.0 + rows * rows / 2.0)
+        };
+        self.supernodes.iter().enumerate().map(front).sum()
+    }
+
+    /// How many ancestors each supernode has.
+    pub(super) fn depths(&self) -> Vec<u32> {
+        let mut depth = vec![0; self.supernodes.len()];
+        for (id, supernode) in self.supernodes.iter().enumerate().rev() {
+            if supernode.parent != u32::MAX {
+                depth[id] = depth[supernode.parent as usize] + 1;
+            }
+        }
+        depth
+    }
+
     /// The rows below the columns of a supernode.
     #[inline]
     pub(crate) fn rows(&self, supernode: usize) -> &[u32] {
