@@ -1,11 +1,8 @@
 //! How near the optimum a map is, proven without a solution; and what else a user should know of it.
 
-mod bridges;
-
-pub use bridges::bridges;
-
 use nalgebra::{Matrix2, Point2, Vector2};
 
+use crate::bridges::bridges;
 use crate::network::Network;
 
 /// What can be said for sure about a map: how far from the optimum it is, what holds it together, what strains it.

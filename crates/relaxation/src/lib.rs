@@ -6,6 +6,7 @@ mod spring;
 
 mod network;
 
+mod bridges;
 mod certificate;
 mod solver;
 
@@ -38,7 +39,8 @@ pub mod g2o;
 mod pose;
 
 pub use auto::Auto;
-pub use certificate::{Certificate, Strain, bridges, certify, forces, gap_bound};
+pub use bridges::bridges;
+pub use certificate::{Certificate, Strain, certify, forces, gap_bound};
 pub use conjugate_gradient::{ConjugateGradient, Preconditioner};
 pub use covariance::{Covariance, JointCovariance, SpringCovariance, joint_covariance};
 pub use direct::{Direct, DirectFactor, SolveError, optimum};
@@ -51,7 +53,8 @@ pub use network::{Anchor, Network, NetworkError};
 pub use node_variances::{NodeVariances, sweep_with_variances};
 pub use pose::{Pose, wrap};
 pub use pose_graph::{
-    PoseGraph, PoseGraphError, PoseOptions, PoseSpring, RelaxedPoses, descend, pose_covariances, relax_poses,
+    PoseCertificate, PoseGraph, PoseGraphError, PoseOptions, PoseSpring, PoseStrain, RelaxedPoses, certify_poses,
+    descend, pose_covariances, relax_poses,
 };
 pub use robust::{
     Kernel, RobustError, RobustMethod, RobustOptions, RobustPoses, RobustPositions, consistent_closures,

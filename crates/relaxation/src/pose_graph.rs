@@ -4,6 +4,7 @@
 //! is settled by the start. So [`relax_poses`] computes the headings first (they alone make the problem hard), then positions
 //! exactly as the paper does with known headings, and only then descends on the whole cost ([`descend`]).
 
+mod certificate;
 mod covariance;
 mod descend;
 mod error;
@@ -22,6 +23,7 @@ use crate::network::{Network, NetworkError};
 use crate::pose::{Pose, wrap};
 use crate::spring::Spring;
 
+pub use certificate::{PoseCertificate, PoseStrain, certify_poses};
 pub use covariance::pose_covariances;
 pub use descend::{PoseOptions, RelaxedPoses, descend};
 pub use error::PoseGraphError;

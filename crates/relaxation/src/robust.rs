@@ -16,7 +16,6 @@
 //! The graduated methods need no good start when the problem is linear (positions), and begin at a set of mutually
 //! consistent closures when it is not (poses). What none of these can see is a group of false springs that agree with each other and outnumber the true ones.
 
-mod bridges;
 mod consistency;
 mod graduate;
 mod kernel;
@@ -28,8 +27,7 @@ pub use kernel::{Kernel, RobustMethod, RobustOptions};
 pub use network::{RobustPositions, relax_robustly};
 pub use poses::{RobustPoses, relax_poses_robustly};
 
-use bridges::bridges;
-
+use crate::bridges::are_bridges;
 use crate::pose_graph::PoseGraphError;
 
 /// Why robust relaxation is not possible.
@@ -68,6 +66,6 @@ fn suspects(nodes: usize, ends: &[(usize, usize)], trusted: &[bool]) -> Result<V
     if trusted.len() != ends.len() {
         return Err(RobustError::TrustCount { flags: trusted.len(), springs: ends.len() });
     }
-    let bridge = bridges(nodes, ends);
+    let bridge = are_bridges(nodes, ends);
     Ok((0..ends.len()).filter(|&k| !trusted[k] && !bridge[k] && ends[k].0 != ends[k].1).collect())
 }

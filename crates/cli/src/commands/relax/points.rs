@@ -1,11 +1,11 @@
 use relaxation::g2o::{BuildError, Graph, PointVertex};
 use relaxation::nalgebra::Point2;
 use relaxation::{
-    ConjugateGradient, Covariance, Direct, Elimination, GaussSeidel, Kernel, Multilevel, Network, RobustMethod,
+    Auto, ConjugateGradient, Covariance, Direct, Elimination, GaussSeidel, Kernel, Multilevel, Network, RobustMethod,
     RobustOptions, Solver, Sor, certify, relax_robustly,
 };
 
-use super::report::{Proof, Report};
+use super::report::{Proof, Report, STRAINED, Structure};
 use super::{Method, RelaxArgs, Robust};
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -61,7 +61,6 @@ pub(super) struct Solved {
 
 /// Solves the linear problem as the arguments ask.
 pub(super) fn solve(args: &RelaxArgs, network: &Network, start: &[Point2<f64>]) -> Result<Solved, Failure> {
-    const STRAINED: usize = 10;
     let failed = |error: &dyn std::error::Error| {
         Failure::new(Exit::Failed, "relax.solve", format!("could not relax {}: {error}", args.graph.display()))
             .because_of(error)
@@ -71,6 +70,7 @@ pub(super) fn solve(args: &RelaxArgs, network: &Network, start: &[Point2<f64>]) 
         let options = RobustOptions { method, ..RobustOptions::default() };
         let robust = relax_robustly(network, &trusted, &options).map_err(|error| failed(&error))?;
         let weighted = network.reweighted(&robust.weights).map_err(|error| failed(&error))?;
+        let certificate = certify(&weighted, &robust.positions, STRAINED);
         let (method, converged) = ("reweighted least squares".to_owned(), robust.iterations <= options.max_iterations);
         return Ok(Solved {
             positions: robust.positions,
@@ -78,7 +78,7 @@ pub(super) fn solve(args: &RelaxArgs, network: &Network, start: &[Point2<f64>]) 
             method,
             iterations: robust.iterations,
             converged,
-            proof: Proof::Reweighted,
+            proof: Proof::Reweighted(Structure::of_points(&certificate)),
             weights: robust.weights,
         });
     }
@@ -123,7 +123,8 @@ pub(super) fn unusable(args: &RelaxArgs, error: &BuildError) -> Failure {
 impl Method {
     fn solver(self) -> Box<dyn Solver> {
         match self {
-            Self::Auto | Self::Elimination => Box::new(Elimination),
+            Self::Auto => Box::new(Auto),
+            Self::Elimination => Box::new(Elimination),
             Self::Direct => Box::new(Direct),
             Self::GaussSeidel => Box::new(GaussSeidel::default()),
             Self::Sor => Box::new(Sor::default()),

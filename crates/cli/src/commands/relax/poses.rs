@@ -1,10 +1,11 @@
 use nalgebra::Point2;
 use relaxation::g2o::{Graph, PoseProblem, PoseVertex};
 use relaxation::{
-    Pose, PoseGraph, PoseGraphError, PoseOptions, RobustOptions, pose_covariances, relax_poses, relax_poses_robustly,
+    Pose, PoseGraph, PoseGraphError, PoseOptions, RobustOptions, certify_poses, pose_covariances, relax_poses,
+    relax_poses_robustly,
 };
 
-use super::report::{Proof, Report};
+use super::report::{Proof, Report, STRAINED, Structure};
 use super::{HeadingSource, Method, RelaxArgs, points};
 use crate::context::Context;
 use crate::exit::Exit;
@@ -121,7 +122,11 @@ fn estimated(args: &RelaxArgs, problem: &PoseProblem, context: &Context) -> Resu
                 method: "headings, positions, Gauss-Newton".into(),
                 iterations: relaxed.iterations,
                 converged: relaxed.converged,
-                proof: Proof::Local { gap: relaxed.gap, descents: relaxed.descents },
+                proof: Proof::Local {
+                    gap: relaxed.gap,
+                    descents: relaxed.descents,
+                    structure: Structure::of_poses(&certify_poses(graph, &relaxed.poses, STRAINED)),
+                },
                 poses: relaxed.poses,
                 weights: Vec::new(),
                 covariances: Vec::new(),
@@ -132,12 +137,14 @@ fn estimated(args: &RelaxArgs, problem: &PoseProblem, context: &Context) -> Resu
             let robust = RobustOptions { method, ..RobustOptions::default() };
             let relaxed =
                 relax_poses_robustly(graph, &trusted, &robust, &options).map_err(|error| failed(args, &error))?;
+            let weighted = graph.reweighted(&relaxed.weights).map_err(|error| failed(args, &error))?;
+            let certificate = certify_poses(&weighted, &relaxed.poses, STRAINED);
             Solved {
-                graph: graph.reweighted(&relaxed.weights).map_err(|error| failed(args, &error))?,
+                graph: weighted,
                 method: "reweighted Gauss-Newton".into(),
                 iterations: relaxed.iterations,
                 converged: true,
-                proof: Proof::Reweighted,
+                proof: Proof::Reweighted(Structure::of_poses(&certificate)),
                 poses: relaxed.poses,
                 weights: relaxed.weights,
                 covariances: Vec::new(),

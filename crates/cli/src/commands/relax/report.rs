@@ -2,8 +2,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use nalgebra::Point2;
-use relaxation::Certificate;
 use relaxation::g2o::Graph;
+use relaxation::{Certificate, PoseCertificate};
 use serde_json::{Value, json};
 
 /// What a relaxation came to.
@@ -40,15 +40,48 @@ pub(super) struct Report {
     pub(super) after: Vec<Point2<f64>>,
 }
 
+/// How many edges with large residuals are named.
+pub(super) const STRAINED: usize = 10;
+
 /// What is known of the distance to the optimum.
 #[derive(Debug)]
 pub(super) enum Proof {
     /// A convex problem: the gap is proven.
     Global(Box<Certificate>),
     /// Poses: by how much one more step could lower χ², and how many descents ended no lower.
-    Local { gap: f64, descents: usize },
+    Local { gap: f64, descents: usize, structure: Structure },
     /// The problem with the final weights.
-    Reweighted,
+    Reweighted(Structure),
+}
+
+impl Proof {
+    fn structure(&self) -> Structure {
+        match self {
+            Self::Global(certificate) => Structure::of_points(certificate),
+            Self::Local { structure, .. } | Self::Reweighted(structure) => structure.clone(),
+        }
+    }
+}
+
+/// What holds a graph together and what strains it.
+#[derive(Debug, Clone)]
+pub(super) struct Structure {
+    /// How many edges are part of no loop.
+    bridges: usize,
+    /// The edges with the largest residuals in standard deviations, the worst first.
+    strained: Vec<(usize, f64)>,
+}
+
+impl Structure {
+    pub(super) fn of_points(certificate: &Certificate) -> Self {
+        let strained = certificate.strained.iter().map(|s| (s.spring, s.sigmas)).collect();
+        Self { bridges: certificate.bridges.len(), strained }
+    }
+
+    pub(super) fn of_poses(certificate: &PoseCertificate) -> Self {
+        let strained = certificate.strained.iter().map(|s| (s.spring, s.sigmas)).collect();
+        Self { bridges: certificate.bridges.len(), strained }
+    }
 }
 
 impl Report {
@@ -62,18 +95,6 @@ impl Report {
             .iter()
             .map(|s| json!({ "tag": s.tag, "count": s.count, "first_line": s.first_line }))
             .collect();
-        let certificate = match &self.proof {
-            Proof::Global(c) => json!({
-                "kind": "global optimum", "gap": c.gap, "relative_gap": c.relative_gap, "max_shift_m": c.max_shift,
-                "residual_norm": c.residual_norm, "bridges": c.bridges.len(),
-                "strained": c.strained.iter().map(|s| self.strain(s.spring, s.sigmas)).collect::<Vec<_>>(),
-            }),
-            Proof::Local { gap, descents } => json!({
-                "kind": "lowest minimum found", "gap": gap, "relative_gap": gap / self.chi2_after.max(f64::MIN_POSITIVE),
-                "descents": descents,
-            }),
-            Proof::Reweighted => json!({ "kind": "optimum for the final weights" }),
-        };
         let rejected: Vec<Value> = self
             .rejected()
             .map(|(edge, weight)| {
@@ -88,7 +109,7 @@ impl Report {
             "edges_left_out": self.left_out, "duplicates": graph.duplicates.len(), "skipped": skipped,
             "method": self.method, "chi2": { "before": self.chi2_before, "after": self.chi2_after },
             "iterations": self.iterations, "converged": self.converged, "seconds": self.seconds,
-            "certificate": certificate,
+            "certificate": self.certificate(),
             "robust": { "method": self.robust, "rejected": rejected },
         });
         if !self.covariances.is_empty() {
@@ -96,6 +117,25 @@ impl Report {
             document["covariances"] = self.ids.iter().zip(&self.covariances).map(one).collect();
         }
         document
+    }
+
+    /// What is known of the result, whatever the method.
+    fn certificate(&self) -> Value {
+        let mut certificate = match &self.proof {
+            Proof::Global(c) => json!({
+                "kind": "global optimum", "gap": c.gap, "relative_gap": c.relative_gap, "max_shift_m": c.max_shift,
+                "residual_norm": c.residual_norm,
+            }),
+            Proof::Local { gap, descents, .. } => json!({
+                "kind": "lowest minimum found", "gap": gap, "relative_gap": gap / self.chi2_after.max(f64::MIN_POSITIVE),
+                "descents": descents,
+            }),
+            Proof::Reweighted(_) => json!({ "kind": "optimum for the final weights" }),
+        };
+        let Structure { bridges, strained } = self.proof.structure();
+        certificate["bridges"] = json!(bridges);
+        certificate["strained"] = strained.iter().map(|(edge, sigmas)| self.strain(*edge, *sigmas)).collect();
+        certificate
     }
 
     fn strain(&self, edge: usize, sigmas: f64) -> Value {
@@ -126,11 +166,16 @@ impl Report {
                 "  optimum    global, gap at most {:.1e} of χ², no place more than {:.1e} m off",
                 c.relative_gap, c.max_shift
             ),
-            Proof::Local { gap, descents } => {
+            Proof::Local { gap, descents, .. } => {
                 writeln!(text, "  optimum    lowest minimum of {descents} descents, one more step would gain {gap:.1e}")
             }
-            Proof::Reweighted => writeln!(text, "  optimum    for the final weights"),
+            Proof::Reweighted(_) => writeln!(text, "  optimum    for the final weights"),
         };
+        if let Some(&(edge, sigmas)) = self.proof.structure().strained.first() {
+            let (from, to) = self.edges[edge];
+            let _ =
+                writeln!(text, "  worst edge {} → {}, {sigmas:.1} σ from what it says", self.ids[from], self.ids[to]);
+        }
         if !self.converged {
             let _ = writeln!(text, "  ! not converged: the coordinates are not the optimum");
         }
