@@ -31,11 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let optimum = relax_poses(&clean, &PoseOptions::default())?.poses;
         for count in [10, 100, 1000] {
             let graph = with_false_closures(&clean, count)?;
-            // Kernels that let nothing go altogether are slow with so many springs and of no use there.
-            let convex = |method: &RobustMethod| {
-                matches!(method, RobustMethod::Kernel(Kernel::Huber { .. } | Kernel::Cauchy { .. }))
-            };
-            for (label, method) in methods().into_iter().filter(|m| count < 1000 || !convex(&m.1)) {
+            for (label, method) in methods() {
                 row(name, &graph, clean.springs().len(), &optimum, label, method)?;
             }
         }
