@@ -100,10 +100,13 @@ fn what_cannot_be_compared_is_rejected() {
     let folder = run_folder();
     std::fs::write(folder.path().join("late.tum"), "900 0 0 0 0 0 0 1\n").unwrap();
     std::fs::write(folder.path().join("broken.tum"), "1 2 3\n").unwrap();
+    let still = "FLASER 1 2.0 0 0 0 0 0 0 7 h 7\nFLASER 1 2.0 1 0 0 1 0 0 7 h 7\n";
+    std::fs::write(folder.path().join("still.log"), still).unwrap();
     std::fs::create_dir(folder.path().join("empty")).unwrap();
     for (arguments, why) in [
         (["evaluate", ".", "--truth", "late.tum"], "--apart"),
         (["evaluate", ".", "--truth", "broken.tum"], "line 1"),
+        (["evaluate", ".", "--truth", "still.log"], "--clock none"),
         (["evaluate", "empty", "--truth", "true.tum"], "no run folder"),
         (["evaluate", "none.tum", "--truth", "true.tum"], "could not read"),
     ] {

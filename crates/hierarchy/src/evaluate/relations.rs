@@ -216,6 +216,23 @@ mod tests {
         approx::assert_relative_eq!(error(Some(&odometry)), 0.0, epsilon = 1e-12);
     }
 
+    proptest::proptest! {
+        #[test]
+        fn nearly_right_files_never_panic(words in proptest::collection::vec(
+            proptest::sample::select(vec!["1", "-0", "nan", "inf", "1e308", "1e999", "#", "\n", "é", "0x1", "\u{0}"]), 0..60,
+        )) {
+            let text = words.join(" ");
+            if let Ok(relations) = read_relations(text.as_bytes()) {
+                proptest::prop_assert!(relations.iter().all(|relation| relation.from.is_finite() && relation.to.is_finite()));
+                let _ = relations_error(&line(1.0, 1.0), &relations, None, &RelationsOptions::default());
+            }
+            if let Ok(path) = TimedPath::read_tum(text.as_bytes()) {
+                proptest::prop_assert!(path.stamps().windows(2).all(|pair| pair[0] < pair[1]));
+                proptest::prop_assert!(path.at(0.5).is_some());
+            }
+        }
+    }
+
     #[test]
     fn what_is_no_relation_is_refused_with_its_line() {
         for text in ["1 2 3 4 5 6 7\n", "1 2 3 4 5 6 7 x\n", "1 2 3 4 5 6 7 8 9\n", "1 2 nan 4 5 6 7 8\n"] {

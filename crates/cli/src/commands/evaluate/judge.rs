@@ -89,6 +89,11 @@ impl<'a> Judge<'a> {
             return Err(Failure::new(Exit::Rejected, "evaluate.stamps", message)
                 .help("allow more with --apart, or check the clocks"));
         }
+        if scores.ate.as_ref().is_some_and(|ate| ate.pairs < 2) {
+            let message = "there is only one stamp at which to compare, which any path would meet exactly";
+            return Err(Failure::new(Exit::Rejected, "evaluate.stamps", message)
+                .help("where every stamp of a log is the same, --clock none counts its scans instead"));
+        }
         if scores.relations.is_some_and(|relations| relations.all.is_none()) {
             let message = "no relation lies within the time of the trajectory";
             return Err(
