@@ -1,6 +1,7 @@
 //! The map as a picture for people: empty, occupied, contradictory and unexplored told apart by colour.
 
 mod font;
+mod indexed;
 
 use std::io::Write;
 
@@ -8,6 +9,8 @@ use local_grid::{Fuzzy, FuzzyGrid, GridFrame};
 use nalgebra::{Point2, Vector2};
 
 use font::{GLYPH_HEIGHT, write_text};
+pub use indexed::write_indexed;
+pub(crate) use indexed::write_pixels;
 
 /// A colour: red, green, blue.
 pub(crate) type Rgb = [u8; 3];

@@ -60,3 +60,11 @@ pub struct AtlasLink {
     /// How many times it was traveled.
     pub traversals: u32,
 }
+
+impl AtlasLink {
+    /// Whether it is a measurement that the coordinates must respect.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        self.state != LinkState::Rejected && self.origin != LinkOrigin::Predicted
+    }
+}

@@ -12,6 +12,7 @@ mod exploration;
 mod eyes;
 mod floor_plan;
 mod front_end;
+mod growth;
 mod laser;
 mod mapper;
 mod metrics;
@@ -40,6 +41,7 @@ pub use event::Event;
 pub use exploration::{Ended, Errand, Exploration, ExplorationError};
 pub use floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
 pub use front_end::SenseError;
+pub use growth::{Growth, Regrown};
 pub use mapper::{Mapper, MapperError};
 pub use metrics::{
     GridMetrics, LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RefusedLoop, RegionMetrics, RelaxationMetrics,

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use global_grid::SonarModel;
+use global_grid::{Calculus, SonarModel};
 use nalgebra::{Isometry2, Point2};
 use robot_log::local_grid::{FrameError, FuzzyGrid, Signature, SonarCone};
 use robot_log::{Entry, EntryKind};
@@ -519,8 +519,19 @@ impl Mapper {
     ///
     /// Nothing was sensed yet, or the map is larger than a dense grid can be.
     pub fn gridmap(&self) -> Result<FuzzyGrid, MapperError> {
+        self.gridmap_by(Calculus::Fuzzy)
+    }
+
+    /// All readings at the relaxed poses of their places, fused by a calculus: the degrees to which each cell is empty and
+    /// occupied, see [`global_grid::GridOptions::degrees`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Mapper::gridmap`].
+    pub fn gridmap_by(&self, calculus: Calculus) -> Result<FuzzyGrid, MapperError> {
         let mut grid = global_grid::GridMap::new(global_grid::GridOptions {
             resolution: self.config.grid.resolution_m,
+            calculus,
             sonar: SonarModel::Cone(SonarCone::default()), // the paper's; it keeps its word where echoes are specular
             ..global_grid::GridOptions::default()
         })?;

@@ -1,7 +1,7 @@
 use nalgebra::{Isometry2, Matrix2, Matrix3, Point2, Rotation2};
 use relaxation::{
-    Auto, Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions, PoseSpring,
-    RobustError, Solver, Spring, descend, relax_poses, sweep,
+    Auto, Certificate, Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions,
+    PoseSpring, RobustError, Solver, Spring, certify, descend, relax_poses, sweep,
 };
 use topo_map::{Link, TopoMap};
 
@@ -127,6 +127,23 @@ impl Problem {
                 let tells = |spring: &&Spring| spring.covariance.m11 < 0.1 / NOTHING;
                 let links: Vec<Spring> = all.springs().iter().filter(tells).copied().collect();
                 Ok(if links.len() < all.springs().len() { Network::from_vec(all.len(), links)? } else { all })
+            }
+        }
+    }
+
+    /// What can be proven of some poses: how far from the optimum they are, and the `strained` links that are farthest from
+    /// their measurements, by their number among the measured ones. Headings are taken as they are.
+    ///
+    /// # Errors
+    ///
+    /// Headings that make a link no spring.
+    pub fn certificate(&self, poses: &[Isometry2<f64>], strained: usize) -> Result<Certificate, RelaxationError> {
+        let at = positions(poses);
+        match self {
+            Self::Positions(network) => Ok(certify(network, &at, strained)),
+            Self::Poses(graph) => {
+                let headings: Vec<f64> = poses.iter().map(|pose| pose.rotation.angle()).collect();
+                Ok(certify(&graph.network(&headings)?, &at, strained))
             }
         }
     }

@@ -136,6 +136,16 @@ impl Mapper {
         })
     }
 
+    /// What can be proven of the coordinates, see [`Problem::certificate`].
+    ///
+    /// # Errors
+    ///
+    /// Links that cannot be relaxed.
+    pub fn certificate(&self, strained: usize) -> Result<relaxation::Certificate, MapperError> {
+        let (map, coordinates) = (self.topology(), self.coordinates());
+        Ok(coordinates.problem(map)?.certificate(&coordinates.padded(map), strained)?)
+    }
+
     /// The places and measured links as a g2o graph: positions alone where a compass holds the headings, else poses.
     #[must_use]
     pub fn graph(&self) -> Graph {

@@ -96,3 +96,39 @@ fn events_tell_what_happened() {
     assert!(count(|e| matches!(e, Event::PlaceRecognized { .. })) > 0);
     assert!(count(|e| matches!(e, Event::Relaxed { .. })) > 0);
 }
+
+#[test]
+fn the_growth_of_a_map_is_what_mapping_it_did() {
+    let mut mapper = Mapper::new(Config::default()).unwrap();
+    let mut energies = Vec::new();
+    let mut note = |events: Vec<Event>| {
+        energies.extend(events.iter().filter_map(|event| match event {
+            Event::Relaxed { energy_before, energy_after, .. } => Some((*energy_before, *energy_after)),
+            _ => None,
+        }));
+    };
+    for entry in office_loop() {
+        note(mapper.push(&entry).unwrap());
+    }
+    note(mapper.finish().unwrap());
+    let growth = mapper.growth(usize::MAX).unwrap();
+    let (last, earlier) = growth.relaxations.split_last().unwrap();
+    assert!(earlier.len() > 10 && growth.n_relaxations == growth.relaxations.len());
+    for (step, (before, after)) in earlier.iter().zip(energies) {
+        approx::assert_relative_eq!(step.energy_before, before, max_relative = 1e-9, epsilon = 1e-9);
+        approx::assert_relative_eq!(step.energy_after, after, max_relative = 1e-9, epsilon = 1e-9);
+    }
+    assert_eq!(last.positions, mapper.coordinates().positions());
+    assert_eq!(
+        (last.links, growth.arrivals.len()),
+        (mapper.topology().links().len(), mapper.topology().places().len())
+    );
+
+    // Fewer relaxations are some of the same: with a compass the optimum does not depend on the way to it.
+    let some = mapper.growth(600).unwrap();
+    assert!(some.relaxations.len() < growth.relaxations.len() && some.n_relaxations == growth.n_relaxations);
+    for step in &some.relaxations {
+        let same = growth.relaxations.iter().find(|other| other.links == step.links).unwrap();
+        approx::assert_relative_eq!(step.energy_after, same.energy_after, max_relative = 1e-6, epsilon = 1e-9);
+    }
+}

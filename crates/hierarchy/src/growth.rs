@@ -1,0 +1,166 @@
+use nalgebra::{Isometry2, Point2};
+use topo_map::{Link, LinkOrigin, Place, PlaceState, TopoMap};
+
+use crate::config::RelaxationPolicy;
+use crate::coordinates::Coordinates;
+use crate::mapper::{Mapper, MapperError};
+
+/// How the map grew: where each place was put when the robot came to it, and what each relaxation made of them.
+///
+/// Nothing of this is stored. The links are numbered in the order in which they came, so the growth is what mapping did
+/// when it is done again: a place is put where its first link says, and the places are relaxed after each group of loops
+/// that was closed together (or once for each place, as the paper does).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Growth {
+    /// Where each place was put when it was new, in metres, in the coordinates of that moment.
+    pub arrivals: Vec<Point2<f64>>,
+    /// Relaxations in the order in which they happened, the last one with the coordinates that the map has now.
+    pub relaxations: Vec<Regrown>,
+    /// How many relaxations there were; more than [`Growth::relaxations`] where only some of them were asked for.
+    pub n_relaxations: usize,
+}
+
+/// The map after one relaxation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regrown {
+    /// How many links there were, of any kind and state: the first so many of the map.
+    pub links: usize,
+    /// Where the places were then, in metres; as many as there were.
+    pub positions: Vec<Point2<f64>>,
+    /// Energy before it, each link counted once.
+    pub energy_before: f64,
+    /// Energy after it.
+    pub energy_after: f64,
+    /// What the energy is expected to be where the covariances are right: measured numbers less free ones.
+    pub degrees_of_freedom: usize,
+}
+
+impl Mapper {
+    /// How the map grew, with at most about `budget` positions over all relaxations that are told of.
+    ///
+    /// Where that does not suffice, relaxations are left out evenly. With a compass this changes none of the others,
+    /// since there is one optimum whatever the start.
+    ///
+    /// # Errors
+    ///
+    /// Links that cannot be relaxed.
+    pub fn growth(&self, budget: usize) -> Result<Growth, MapperError> {
+        let map = self.topology();
+        let ends = group_ends(map.links(), self.config().relaxation.policy);
+        let count = (budget.saturating_mul(2) / map.places().len().max(1)).clamp(2, ends.len().max(2));
+        let told =
+            |group: usize| group + 1 == ends.len() || group * count / ends.len() != (group + 1) * count / ends.len();
+        let mut replay = Replay::new(map);
+        for (group, &end) in ends.iter().enumerate() {
+            replay.advance(map, end);
+            if told(group) {
+                replay.relax(map, self.config().relaxation.policy)?;
+            }
+        }
+        let mut growth = replay.finish(map, ends.len());
+        if let Some(last) = growth.relaxations.last_mut() {
+            // What people edited, or a relaxation of another kind, is in no replay.
+            let poses = self.coordinates().padded(map);
+            last.links = map.links().len();
+            last.energy_after = self.coordinates().problem(map)?.energy(&poses);
+            last.positions = positions(&poses);
+        }
+        Ok(growth)
+    }
+}
+
+/// After how many links the places were relaxed.
+fn group_ends(links: &[Link], policy: RelaxationPolicy) -> Vec<usize> {
+    let is_last = |index: usize| match policy {
+        RelaxationPolicy::OneSweep => links[index].origin == LinkOrigin::Traveled,
+        RelaxationPolicy::Converge => {
+            let closes = |link: &Link| link.origin == LinkOrigin::Recognized;
+            closes(&links[index]) && !links.get(index + 1).is_some_and(closes)
+        }
+    };
+    let mut ends: Vec<usize> = (0..links.len()).filter(|&index| is_last(index)).map(|index| index + 1).collect();
+    if ends.last() != Some(&links.len()) {
+        ends.push(links.len()); // mapping ends with a relaxation, whatever came last
+    }
+    ends
+}
+
+/// Mapping done again, without looking at anything but links.
+struct Replay {
+    coordinates: Coordinates,
+    places: usize,
+    links: usize,
+    growth: Growth,
+}
+
+impl Replay {
+    fn new<S>(map: &TopoMap<S>) -> Self {
+        let mut replay = Self { coordinates: Coordinates::default(), places: 0, links: 0, growth: Growth::default() };
+        if let Some(first) = map.places().first() {
+            replay.coordinates.place(first.id, None);
+            replay.arrived(1);
+        }
+        replay
+    }
+
+    /// Takes in links up to `end`, and the places that they lead to.
+    fn advance<S>(&mut self, map: &TopoMap<S>, end: usize) {
+        for link in &map.links()[self.links..end] {
+            if link.to.index() >= self.places {
+                self.coordinates.place(link.to, Some((link.from, &link.displacement)));
+                self.arrived(link.to.index() + 1);
+            }
+        }
+        self.links = end;
+    }
+
+    fn arrived(&mut self, places: usize) {
+        let at = |pose: Isometry2<f64>| Point2::from(pose.translation.vector);
+        let id = |index: usize| topo_map::PlaceId(u32::try_from(index).expect("places are numbered by 32 bits"));
+        self.growth.arrivals.extend((self.places..places).map(|place| at(self.coordinates.map_from_place(id(place)))));
+        self.places = places;
+    }
+
+    fn relax<S>(&mut self, map: &TopoMap<S>, policy: RelaxationPolicy) -> Result<(), MapperError> {
+        let places = map.places()[..self.places].iter().map(without_signature).collect();
+        let part = TopoMap::from_parts(places, map.links()[..self.links].to_vec())?;
+        let relaxed = match policy {
+            RelaxationPolicy::OneSweep => self.coordinates.sweep(&part)?,
+            RelaxationPolicy::Converge => self.coordinates.relax(&part)?,
+        };
+        let measured = || part.links().iter().filter(|link| link.is_measured());
+        let turns = measured().any(|link| link.displacement.turn.is_some());
+        let loops = (measured().count() + 1).saturating_sub(self.places);
+        self.growth.relaxations.push(Regrown {
+            links: self.links,
+            positions: positions(&self.coordinates.padded(&part)),
+            energy_before: relaxed.energy_before,
+            energy_after: relaxed.energy_after,
+            degrees_of_freedom: loops * if turns { 3 } else { 2 },
+        });
+        Ok(())
+    }
+
+    fn finish<S>(mut self, map: &TopoMap<S>, n_relaxations: usize) -> Growth {
+        self.advance(map, map.links().len());
+        self.arrived(map.places().len());
+        Growth { n_relaxations, ..self.growth }
+    }
+}
+
+/// The place alone; what it is recognised by does not matter here.
+fn without_signature<S>(place: &Place<S>) -> Place<()> {
+    let state = match place.state {
+        PlaceState::Predicted { seen_from, toward, confidence } => {
+            PlaceState::Predicted { seen_from, toward, confidence }
+        }
+        PlaceState::Visited { .. } => PlaceState::Visited { signature: () },
+        PlaceState::Refuted => PlaceState::Refuted,
+        PlaceState::Merged { into, offset } => PlaceState::Merged { into, offset },
+    };
+    Place { id: place.id, state, visits: place.visits }
+}
+
+fn positions(poses: &[Isometry2<f64>]) -> Vec<Point2<f64>> {
+    poses.iter().map(|pose| pose.translation.vector.into()).collect()
+}
