@@ -17,6 +17,7 @@ pub(crate) mod inspect;
 pub(crate) mod plan;
 pub(crate) mod regions;
 pub(crate) mod relax;
+pub(crate) mod report;
 pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod simulate;
@@ -39,6 +40,7 @@ pub(crate) enum Command {
     Export(export::ExportArgs),
     Simulate(simulate::SimulateArgs),
     Regions(regions::RegionsArgs),
+    Report(report::ReportArgs),
     Config(config::ConfigArgs),
     Completions(completions::CompletionsArgs),
     Man(completions::ManArgs),
@@ -63,6 +65,7 @@ impl Command {
             Self::Export(args) => export::run(args, context),
             Self::Simulate(args) => simulate::run(args, context),
             Self::Regions(args) => regions::run(args, context),
+            Self::Report(args) => report::run(args, context),
             Self::Config(args) => config::run(args, context),
             Self::Completions(args) => completions::run(args, context),
             Self::Man(args) => completions::man(args, context),

@@ -6,6 +6,7 @@ use robot_log::{EntryKind, LogReader};
 use crate::context::{self, Context};
 use crate::failure::Failure;
 use crate::finished::rejected;
+use crate::live::Live;
 
 /// Which part of a log is mapped.
 #[derive(Debug, Clone, Copy, Default)]
@@ -29,12 +30,12 @@ pub(crate) struct Fed {
 
 /// Feeds a log to the mapper, entry by entry, and completes the map unless the user interrupts.
 ///
-/// `checkpoint` is called after every `every` new places.
+/// `checkpoint` is called after every `every` new places, and the map is shown to whoever looks at `live`.
 pub(crate) fn feed(
     mapper: &mut Mapper,
     log: &mut LogReader,
-    part: Part,
-    every: usize,
+    (part, every): (Part, usize),
+    mut live: Option<Live>,
     context: &Context,
     mut checkpoint: impl FnMut(&Mapper) -> Result<(), Failure>,
 ) -> Result<Fed, Failure> {
@@ -67,6 +68,9 @@ pub(crate) fn feed(
             break;
         }
         mapper.push(&entry).map_err(rejected)?;
+        if let Some(live) = &mut live {
+            live.show(mapper);
+        }
         fed.mapping_s += mark.elapsed().as_secs_f64();
         mark = Instant::now();
         let entries = mapper.tally().entries;

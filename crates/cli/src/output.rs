@@ -10,6 +10,7 @@ use crate::failure::Failure;
 use crate::finished::Finished;
 use crate::loops_csv;
 use crate::map_folder;
+use crate::report;
 use crate::run_folder::RunFolder;
 
 /// What a run folder holds for other programs without being asked.
@@ -58,6 +59,12 @@ pub(crate) fn checkpoint(folder: &Path, mapper: &Mapper) -> Result<(), Failure> 
 /// The settings that the map was made with.
 pub(crate) fn write_config(folder: &RunFolder, config: &Config) -> Result<(), Failure> {
     folder.write("config.toml", |out| out.write_all(config.to_toml().as_bytes()))
+}
+
+/// The page that shows it all.
+pub(crate) fn write_report(folder: &RunFolder, name: &str, finished: &Finished) -> Result<(), Failure> {
+    let page = report::whole_page(name, finished)?;
+    folder.write("report.html", |out| out.write_all(page.as_bytes()))
 }
 
 /// The figures of the run.

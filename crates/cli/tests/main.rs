@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot set itself up must fail")]
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
+mod browser;
 mod convert;
 mod demo;
 mod edits;
@@ -14,10 +15,12 @@ mod gridmaps;
 mod inspect;
 #[cfg(unix)]
 mod interruption;
+mod live;
 mod manners;
 mod readme;
 mod regions;
 mod relax;
+mod report;
 mod run;
 mod settings;
 mod simulate;

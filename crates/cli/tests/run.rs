@@ -22,7 +22,7 @@ const FILES: [&str; 15] = [
     "trajectory.tum",
 ];
 
-fn office_loop() -> std::path::PathBuf {
+pub(crate) fn office_loop() -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/office_loop.log")
 }
 

@@ -1,3 +1,5 @@
+mod runs;
+
 use std::fmt::Write as _;
 use std::io;
 use std::path::PathBuf;
@@ -12,13 +14,19 @@ use crate::failure::Failure;
 use crate::posed::{CalculusChoice, Posed, PosedArgs, SensorChoice, fuse, no_grid};
 use crate::{files, map_folder};
 
-/// The three calculi on the same readings: one picture, one table
+/// Runs against each other as a page to blink between them; or the three calculi on the same readings of a log
 ///
+/// Runs: compare.html shows their maps upon each other, blinking, and what became of every cell from the first to each of
+/// the others. Their coordinates must be the same, as those of one log mapped in different ways are.
+///
+/// A log: one picture and one table.
 /// The readings of a log whose poses are known are fused by fuzzy sets, by Bayes' rule and by Dempster's. One sensor model
 /// makes the same statement to all three: what a reading says is matched through its pignistic probability. The reference
 /// is a map, or the laser's map where the log holds laser and sonar and the sonar is judged.
 ///
-/// Example: topogrid compare office.log.gz --poses truth --sensor sonar -o compare.png
+/// Examples:
+/// topogrid compare runs/office runs/office-2
+/// topogrid compare office.log.gz --poses truth --sensor sonar -o compare.png
 #[derive(Debug, Args)]
 pub(crate) struct CompareArgs {
     #[command(flatten)]
@@ -29,10 +37,10 @@ pub(crate) struct CompareArgs {
     /// Metres within which walls count as the same
     #[arg(long, value_name = "M", default_value_t = 0.15)]
     tolerance: f64,
-    /// Draw the maps side by side
-    #[arg(short, long, value_name = "FILE.png")]
+    /// The page of runs [default: compare.html], or a picture of a log's maps side by side
+    #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Replace the picture where it exists
+    /// Replace the page or the picture where it exists
     #[arg(long)]
     force: bool,
 }
@@ -49,6 +57,9 @@ struct Entrant {
 
 /// Builds, scores and draws the maps.
 pub(crate) fn run(args: &CompareArgs, context: &Context) -> Result<(), Failure> {
+    if runs::are_runs(&args.posed.log.logs) {
+        return runs::compare(&args.posed.log.logs, args.out.as_deref(), args.force, context);
+    }
     let posed = args.posed.read(context)?;
     let reference = reference(args, &posed)?;
     let entrants = CalculusChoice::ALL.map(|calculus| entrant(args, &posed, reference.as_ref(), calculus));

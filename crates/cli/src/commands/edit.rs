@@ -145,7 +145,8 @@ fn redraw(run: &Path, mapper: Mapper, context: &Context) -> Result<(), Failure> 
     }
     let folder = RunFolder::existing(run);
     output::write(&folder, &session::name(run), &finished)?;
-    output::write_metrics(&folder, &finished.metrics)
+    output::write_metrics(&folder, &finished.metrics)?;
+    output::write_report(&folder, &session::name(run), &finished)
 }
 
 fn energy(mapper: &Mapper) -> Result<f64, Failure> {

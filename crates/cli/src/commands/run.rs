@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::finished::{Finished, rejected};
 use crate::gate::{self, Gate};
 use crate::input::{LogArgs, warn_of_skipped};
+use crate::live::LiveArgs;
 use crate::mapping::{self, Fed, Part};
 use crate::run_folder::RunFolder;
 use crate::run_record::RunRecord;
@@ -75,6 +76,8 @@ pub(crate) struct OutputArgs {
     /// Say what would be done, and do nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
+    #[command(flatten)]
+    pub(crate) live: LiveArgs,
 }
 
 impl OutputArgs {
@@ -164,6 +167,7 @@ pub(crate) fn go_on(
     let started = Instant::now();
     context::catch_interrupts();
     let mut record = RunRecord::begin(job.args.seed, job.inputs);
+    let live = job.args.live.start(context)?;
     let mut log = (job.open)()?;
     let part = Part { known, from: job.args.from, until: job.args.until };
     let path = folder.path().to_owned();
@@ -172,7 +176,7 @@ pub(crate) fn go_on(
         output::checkpoint(&path, mapper)?;
         record.write(&path)
     };
-    let fed = mapping::feed(&mut mapper, &mut log, part, job.args.checkpoint, context, &mut save)?;
+    let fed = mapping::feed(&mut mapper, &mut log, (part, job.args.checkpoint), live, context, &mut save)?;
     if fed.interrupted {
         save(&mapper)?;
         let message = format!("interrupted after {} places; the map so far is kept", mapper.topology().n_visited());
@@ -218,7 +222,8 @@ fn write(folder: &RunFolder, finished: &mut Finished, started: Instant) -> Resul
     finished.metrics.timings_s.write = writing.elapsed().as_secs_f64();
     finished.metrics.timings_s.total = started.elapsed().as_secs_f64();
     finished.metrics.peak_memory_mib = memory::peak_mib();
-    output::write_metrics(folder, &finished.metrics)
+    output::write_metrics(folder, &finished.metrics)?;
+    output::write_report(folder, &session::name(folder.path()), finished)
 }
 
 /// Maps the log a second time, beside the first, and compares; the times are those of the first run.
@@ -236,13 +241,14 @@ fn run_again(
     let folder = RunFolder::existing(beside.path());
     let (mut mapper, mut log) = (new_mapper(config)?, (job.open)()?);
     let part = Part { known: 0, from: job.args.from, until: job.args.until };
-    let fed = mapping::feed(&mut mapper, &mut log, part, 0, &silent, |_| Ok(()))?;
+    let fed = mapping::feed(&mut mapper, &mut log, (part, 0), None, &silent, |_| Ok(()))?;
     let mut finished = finish(mapper, &fed, &folder, &silent)?;
     finished.metrics.log.skipped = metrics.log.skipped;
     finished.metrics.timings_s = metrics.timings_s.clone();
     finished.metrics.peak_memory_mib = metrics.peak_memory_mib;
     output::write(&folder, &session::name(first.path()), &finished)?;
     output::write_metrics(&folder, &finished.metrics)?;
+    output::write_report(&folder, &session::name(first.path()), &finished)?;
     let verdict = verify::compare(first.path(), beside.path());
     stage.finish(verdict.as_deref().unwrap_or("not identical"));
     verdict
