@@ -12,7 +12,7 @@ use crate::files;
 /// A log on the command line.
 #[derive(Debug, Args)]
 pub(crate) struct LogArgs {
-    /// The log: CARMEN or CSV, plain or gzip; several files are merged by stamp; `-` reads standard input
+    /// The log: CARMEN, CSV or libRSF text, plain or gzip; several files are merged by stamp; `-` reads standard input
     #[arg(value_name = "LOG", required = true)]
     pub(crate) logs: Vec<PathBuf>,
     #[command(flatten)]
