@@ -3,6 +3,7 @@
 mod compliance;
 mod dense;
 mod dissection;
+mod entries;
 mod factor;
 mod front;
 mod graph;
@@ -21,11 +22,12 @@ use crate::network::Network;
 use crate::solver::{RelaxOptions, Relaxed, Solver};
 pub(crate) use compliance::Compliance;
 pub(crate) use dissection::dissect;
+use entries::Entries;
 pub(crate) use factor::Factor;
 pub(crate) use graph::{Graph, Springs};
 use once::Once;
-use reduction::Reduction;
 pub(crate) use reduction::{Level, steps};
+use reduction::{Reduction, expanded};
 use symbolic::Symbolic;
 
 /// The direct solution made for topological maps.
@@ -74,15 +76,14 @@ fn solve<C: Compliance, const WIDTH: usize, const SIDES: usize>(
     anchored: &[Point2<f64>],
     limit: f64,
 ) -> Option<Vec<Point2<f64>>> {
-    let reduction = Reduction::<C>::new(network);
-    let core = &reduction.core;
+    let Reduction { levels, core } = Reduction::<C>::new(&network.passing());
     let mut positions = core.reckoned(anchored);
     if WIDTH == 1 && core.nodes <= stars::LARGEST {
-        stars::settle(core, &mut positions);
-        return Some(reduction.expand(positions));
+        stars::settle(&core, &mut positions);
+        return Some(expanded(&levels, positions));
     }
-    let order = dissect(core, &positions);
-    let symbolic = Symbolic::new(core, &order);
+    let order = dissect(&core, &positions);
+    let symbolic = Symbolic::new(&core, &order);
     if symbolic.work::<WIDTH>() > limit {
         return None;
     }
@@ -91,12 +92,13 @@ fn solve<C: Compliance, const WIDTH: usize, const SIDES: usize>(
     for (chunk, &node) in x.chunks_exact_mut(WIDTH).zip(&order.node) {
         chunk.as_flattened_mut().copy_from_slice(&forces[node as usize]);
     }
-    drop(forces);
-    Once::<C, WIDTH>::planned(core, &order, &symbolic).solve(&mut x);
+    let entries = Entries::new::<WIDTH>(&core, &order);
+    drop((forces, core));
+    Once::<C, WIDTH>::planned(&entries, &symbolic).solve(&mut x);
     for (chunk, &node) in x.chunks_exact(WIDTH).zip(&order.node) {
         let step = chunk.as_flattened();
         positions[node as usize].x += step[0];
         positions[node as usize].y += step[1];
     }
-    Some(reduction.expand(positions))
+    Some(expanded(&levels, positions))
 }

@@ -7,6 +7,7 @@ mod error;
 pub(crate) use adjacency::{Adjacency, End, SpanningTree};
 pub use error::NetworkError;
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix2, Point2, Vector2};
@@ -267,7 +268,20 @@ impl Network {
     // --- What the solvers see. ---
 
     pub(crate) fn adjacency(&self) -> &Adjacency {
-        self.adjacency.get_or_init(|| Adjacency::new(self.len(), &self.springs, |spring| self.weight(spring) > 0.0))
+        self.adjacency.get_or_init(|| self.find_adjacency())
+    }
+
+    /// The network for one who walks over it once: which springs end where is forgotten afterwards, unless it was known.
+    pub(crate) fn passing(&self) -> Passing<'_> {
+        let adjacency = match self.adjacency.get() {
+            Some(known) => Cow::Borrowed(known),
+            None => Cow::Owned(self.find_adjacency()),
+        };
+        Passing { network: self, adjacency }
+    }
+
+    fn find_adjacency(&self) -> Adjacency {
+        Adjacency::new(self.len(), &self.springs, |spring| self.weight(spring) > 0.0)
     }
 
     pub(crate) fn tree(&self) -> &SpanningTree {
@@ -326,6 +340,13 @@ impl Network {
         let reckoned = self.dead_reckoning();
         start.iter().zip(reckoned).map(|(&given, reckoned)| if is_finite(&given) { given } else { reckoned }).collect()
     }
+}
+
+/// A network and which springs end where, for as long as it is looked at.
+#[derive(Debug)]
+pub(crate) struct Passing<'a> {
+    pub(crate) network: &'a Network,
+    pub(crate) adjacency: Cow<'a, Adjacency>,
 }
 
 /// Springs whose variances are within this factor of each other count as about equally stiff.

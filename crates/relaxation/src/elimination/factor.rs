@@ -8,6 +8,7 @@
 
 use super::compliance::Compliance;
 use super::dissection::Order;
+use super::entries::Entries;
 use super::front::{Fronts, Matrix};
 use super::graph::Graph;
 use super::substitution::Columns;
@@ -31,7 +32,8 @@ impl<const WIDTH: usize> Factor<WIDTH> {
         let value_start = symbolic.value_start::<WIDTH>();
         let values = vec![0.0; value_start[symbolic.supernodes.len()]];
         let mut factor = Self { order, symbolic, value_start, values };
-        pulp::Arch::new().dispatch(Compute { factor: &mut factor, graph });
+        let entries = Entries::new::<WIDTH>(graph, &factor.order);
+        pulp::Arch::new().dispatch(Compute { factor: &mut factor, entries: &entries });
         factor
     }
 
@@ -41,8 +43,8 @@ impl<const WIDTH: usize> Factor<WIDTH> {
     }
 
     #[inline(always)]
-    fn compute<C: Compliance>(&mut self, graph: &Graph<C>) {
-        let matrix = Matrix { graph, order: &self.order, symbolic: &self.symbolic };
+    fn compute<C: Compliance>(&mut self, entries: &Entries<C>) {
+        let matrix = Matrix { entries, symbolic: &self.symbolic };
         let mut fronts = Fronts::<WIDTH>::new(&self.symbolic, self.order.node.len());
         for id in 0..self.symbolic.supernodes.len() {
             let block = &mut self.values[self.value_start[id]..self.value_start[id + 1]];
@@ -79,7 +81,7 @@ impl<const WIDTH: usize> Factor<WIDTH> {
 /// everything below is inlined into it.
 struct Compute<'a, C, const WIDTH: usize> {
     factor: &'a mut Factor<WIDTH>,
-    graph: &'a Graph<C>,
+    entries: &'a Entries<C>,
 }
 
 impl<C: Compliance, const WIDTH: usize> pulp::WithSimd for Compute<'_, C, WIDTH> {
@@ -87,6 +89,6 @@ impl<C: Compliance, const WIDTH: usize> pulp::WithSimd for Compute<'_, C, WIDTH>
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        self.factor.compute(self.graph);
+        self.factor.compute(self.entries);
     }
 }

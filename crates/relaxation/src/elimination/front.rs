@@ -3,15 +3,13 @@
 
 use super::compliance::Compliance;
 use super::dense::{downdate_rest, factor_columns};
-use super::dissection::Order;
-use super::graph::{Graph, Springs};
+use super::entries::{Entries, GROUND};
 use super::symbolic::Symbolic;
 
-/// What is to be factored, and in which order.
+/// What is to be factored, and its pattern.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Matrix<'a, C> {
-    pub(super) graph: &'a Graph<C>,
-    pub(super) order: &'a Order,
+    pub(super) entries: &'a Entries<C>,
     pub(super) symbolic: &'a Symbolic,
 }
 
@@ -96,25 +94,16 @@ impl<const WIDTH: usize> Fronts<WIDTH> {
     /// Writes the springs at the nodes of a supernode into its block, and their coupling to anchors into `grounded`.
     #[inline(always)]
     fn assemble<C: Compliance>(&mut self, matrix: Matrix<'_, C>, id: usize, block: &mut [f64], stride: usize) {
-        let Matrix { graph, order, symbolic } = matrix;
-        let supernode = symbolic.supernodes[id];
+        let supernode = matrix.symbolic.supernodes[id];
         for (column, position) in (supernode.first..supernode.end).enumerate() {
-            for end in graph.ends(order.node[position as usize] as usize) {
-                let other = order.position[end.node as usize];
-                let anchored = other == u32::MAX;
-                if WIDTH == 1 && other <= position {
-                    continue; // The spring was met at its other end.
+            for entry in matrix.entries.of(position) {
+                if entry.row == GROUND {
+                    self.grounded[position as usize] += entry.stiffness.entry(0, 0);
+                    continue;
                 }
-                let stiffness = graph.edges[end.spring as usize].compliance.stiffness();
-                if WIDTH == 2 {
-                    add_entries::<WIDTH, C>(block, stride, (column, column), stiffness, 1.0);
-                } else if anchored {
-                    self.grounded[position as usize] += stiffness.entry(0, 0);
-                }
-                if !anchored && other > position {
-                    let row = self.local[other as usize] as usize;
-                    add_entries::<WIDTH, C>(block, stride, (row, column), stiffness, -1.0);
-                }
+                let row = self.local[entry.row as usize] as usize;
+                let sign = if entry.row == position { 1.0 } else { -1.0 };
+                add_entries::<WIDTH, C>(block, stride, (row, column), entry.stiffness, sign);
             }
         }
     }

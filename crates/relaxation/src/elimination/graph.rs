@@ -6,7 +6,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::compliance::Compliance;
 pub(crate) use crate::network::End;
-use crate::network::Network;
+use crate::network::{Network, Passing};
 
 /// A spring between two nodes of a reduced graph.
 #[derive(Debug, Clone, Copy)]
@@ -49,17 +49,46 @@ impl<C: Compliance> Springs<C> for Network {
     }
 
     #[inline]
-    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
     fn edge(&self, index: u32) -> Edge<C> {
-        let spring = &self.springs()[index as usize];
-        let compliance = C::of(self, index as usize);
-        Edge { a: spring.from as u32, b: spring.to as u32, rest: spring.rest, compliance }
+        edge_of(self, index)
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
     fn anchors(&self) -> Vec<u32> {
-        Network::anchors(self).iter().map(|anchor| anchor.node as u32).collect()
+        anchors_of(self)
     }
+}
+
+impl<C: Compliance> Springs<C> for Passing<'_> {
+    fn nodes(&self) -> usize {
+        self.network.len()
+    }
+
+    #[inline]
+    fn ends(&self, node: usize) -> &[End] {
+        self.adjacency.ends(node)
+    }
+
+    #[inline]
+    fn edge(&self, index: u32) -> Edge<C> {
+        edge_of(self.network, index)
+    }
+
+    fn anchors(&self) -> Vec<u32> {
+        anchors_of(self.network)
+    }
+}
+
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
+fn edge_of<C: Compliance>(network: &Network, index: u32) -> Edge<C> {
+    let spring = &network.springs()[index as usize];
+    let compliance = C::of(network, index as usize);
+    Edge { a: spring.from as u32, b: spring.to as u32, rest: spring.rest, compliance }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
+fn anchors_of(network: &Network) -> Vec<u32> {
+    network.anchors().iter().map(|anchor| anchor.node as u32).collect()
 }
 
 /// A graph with at most one spring between two nodes and none from a node to itself.

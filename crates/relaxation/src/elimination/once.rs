@@ -2,15 +2,15 @@
 //! is not kept.
 //!
 //! Of a large factor, most lies in small subtrees, called *islands* here. The columns of an island are dropped when its
-//! remainder has gone to the rest of the tree, and computed once more when the solution comes back down: a third more
-//! multiplications, a quarter of the memory, and each island stays within the cache from its first number to its last.
+//! remainder has gone to the rest of the tree, and computed once more when the solution comes back down. That costs
+//! multiplications and saves most of the memory; and since an island stays within the cache from its first number to its
+//! last, it costs no time (`docs/results/relaxation.md`).
 
 use std::ops::Range;
 
 use super::compliance::Compliance;
-use super::dissection::Order;
+use super::entries::Entries;
 use super::front::{Fronts, Matrix};
-use super::graph::Graph;
 use super::substitution::Columns;
 use super::symbolic::Symbolic;
 
@@ -20,7 +20,7 @@ const KEPT: usize = 1 << 22;
 /// The most entries of an island: 1 MB, which second-level caches hold.
 const ISLAND: usize = 1 << 17;
 
-/// A planned factorisation of a core, `WIDTH` unknowns per node.
+/// A planned factorisation, `WIDTH` unknowns per node.
 #[derive(Debug)]
 pub(crate) struct Once<'a, C, const WIDTH: usize> {
     matrix: Matrix<'a, C>,
@@ -46,16 +46,16 @@ impl Stretch {
 
 impl<'a, C: Compliance, const WIDTH: usize> Once<'a, C, WIDTH> {
     /// Decides what is kept.
-    pub(crate) fn planned(graph: &'a Graph<C>, order: &'a Order, symbolic: &'a Symbolic) -> Self {
+    pub(super) fn planned(entries: &'a Entries<C>, symbolic: &'a Symbolic) -> Self {
         let total = symbolic.value_start::<WIDTH>()[symbolic.supernodes.len()];
-        Self::with_islands(graph, order, symbolic, if total < KEPT { 0 } else { ISLAND })
+        Self::with_islands(entries, symbolic, if total < KEPT { 0 } else { ISLAND })
     }
 
     /// With islands of at most so many entries.
-    fn with_islands(graph: &'a Graph<C>, order: &'a Order, symbolic: &'a Symbolic, most: usize) -> Self {
+    fn with_islands(entries: &'a Entries<C>, symbolic: &'a Symbolic, most: usize) -> Self {
         let value_start = symbolic.value_start::<WIDTH>();
         let stretches = stretches(symbolic, &value_start, most);
-        Self { matrix: Matrix { graph, order, symbolic }, value_start, stretches }
+        Self { matrix: Matrix { entries, symbolic }, value_start, stretches }
     }
 
     /// Solves `A x = b` in place, `x` in the order of elimination.
@@ -68,7 +68,7 @@ impl<'a, C: Compliance, const WIDTH: usize> Once<'a, C, WIDTH> {
         let lengths = self.stretches.iter().map(|s| (s.kept, self.values(s.ids()).len()));
         let mut kept = vec![0.0; lengths.clone().filter(|l| l.0).map(|l| l.1).sum()];
         let mut island = vec![0.0; lengths.filter(|l| !l.0).map(|l| l.1).max().unwrap_or(0)];
-        let mut fronts = Fronts::<WIDTH>::new(self.matrix.symbolic, self.matrix.order.node.len());
+        let mut fronts = Fronts::<WIDTH>::new(self.matrix.symbolic, x.len() / WIDTH);
         let mut below = Vec::new();
         let mut at = 0;
         for &stretch in &self.stretches {
@@ -176,6 +176,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
+    use super::super::graph::{Graph, Springs};
     use super::super::{dissect, stars};
     use super::*;
     use crate::{Network, Spring};
@@ -199,7 +200,6 @@ mod tests {
 
     /// The core of a network with everything left in, as one graph.
     fn core<C: Compliance>(network: &Network) -> Graph<C> {
-        use super::super::graph::Springs;
         let edges = (0..u32::try_from(network.springs().len()).unwrap()).map(|spring| network.edge(spring)).collect();
         Graph::merged(network.len(), edges, Springs::<C>::anchors(network))
     }
@@ -214,7 +214,8 @@ mod tests {
         for (chunk, &node) in x.chunks_exact_mut(WIDTH).zip(&order.node) {
             chunk.as_flattened_mut().copy_from_slice(&forces[node as usize]);
         }
-        let once = Once::<C, WIDTH>::with_islands(graph, &order, &symbolic, island);
+        let entries = Entries::new::<WIDTH>(graph, &order);
+        let once = Once::<C, WIDTH>::with_islands(&entries, &symbolic, island);
         assert_eq!(once.stretches.iter().any(|s| !s.kept), island > 0);
         once.solve(&mut x);
         x.into_flattened()

@@ -103,11 +103,11 @@ impl<C: Compliance> Reduction<C> {
         }
         Self { levels, core }
     }
+}
 
-    /// The positions of all nodes from those of the core.
-    pub(crate) fn expand(&self, core: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
-        self.levels.iter().rev().fold(core, |inner, level| level.expand(&inner))
-    }
+/// The positions of all nodes from those of the core.
+pub(super) fn expanded<C: Compliance>(levels: &[Level<C>], core: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
+    levels.iter().rev().fold(core, |inner, level| level.expand(&inner))
 }
 
 impl<C: Compliance> Level<C> {
