@@ -32,7 +32,7 @@ pub(crate) fn draw_all(sums: &mut Sums, pen: &mut Pen, options: &GridOptions, sc
     let (own, others) = scans.split_at(share.min(scans.len()));
     let draw_others = || -> Vec<Sums> { others.par_chunks(share).map(|share| apart(options, share)).collect() };
     let ((), others) = rayon::join(|| draw_in_turn(sums, pen, options, own), draw_others);
-    others.iter().for_each(|more| sums.add(more));
+    others.into_iter().for_each(|more| sums.add(more));
 }
 
 /// What a share of the scans says.

@@ -2,7 +2,7 @@ use local_grid::{LaserRay, RangeSensor, Reading, Scan, SensorKind, SensorModel};
 use nalgebra::{Isometry2, Vector2};
 
 use crate::cone::nearest;
-use crate::plane::{Plane, Window, place};
+use crate::plane::{Plane, SHIFT, TILE, Window, left_in_tile, place};
 
 /// How much nearer than its echo a laser's beam clears, in cells: half a diagonal, so that it spares the cell of the echo.
 const SPARED: f64 = 0.75;
@@ -71,7 +71,7 @@ pub(crate) struct FanPen {
     echoes: Vec<[f32; 2]>,
     /// Row by row and tile by tile, how much more of the inside goes on into the tile; all zeros between scans.
     carries: Vec<i32>,
-    /// Row by row, the first and the last tile that the outline crosses.
+    /// Row of tiles by row of tiles, the first and the last tile that the outline crosses.
     crossed: Vec<(usize, usize)>,
 }
 
@@ -141,46 +141,80 @@ impl FanPen {
             return;
         }
         window.open((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
-        let columns = window.columns() + 1;
+        let outline = Outline { low, columns: window.columns() + 1, cell, units };
         let rows = index(high[1] - low[1] + 1);
-        self.carries.resize(self.carries.len().max(rows * columns), 0);
+        self.carries.resize(self.carries.len().max(rows * outline.columns), 0);
         self.crossed.clear();
-        self.crossed.resize(rows, (usize::MAX, 0));
+        self.crossed.resize(rows.div_ceil(TILE) + 1, (usize::MAX, 0));
         let mut from = self.corners[self.corners.len() - 1];
-        for &to in &self.corners {
+        for corner in 0..self.corners.len() {
+            let to = self.corners[corner];
             let (first, last) = (nearest(from[1]), nearest(to[1]));
             if first != last {
                 let slope = (to[0] - from[0]) / (to[1] - from[1]);
                 // Going up, the inside lies to the left and ends here; going down, it begins.
-                let (rows, sign) = if first < last { (first..last, -1) } else { (last..first, 1) };
-                let units = if sign < 0 { units.wrapping_neg() } else { units };
-                for row in rows {
-                    let column = cell.1 + nearest(from[0] + (middle(row) - from[1]) * slope);
-                    let tile_column = window.tile_column(column);
-                    let slot = window.slot(plane, cell.0 + row, tile_column);
-                    let sum = &mut plane.tile_mut(slot)[place(cell.0 + row, column)];
-                    *sum = sum.wrapping_add(units);
-                    let line = index(row - low[1]);
-                    self.carries[line * columns + tile_column + 1] += sign;
-                    let crossed = &mut self.crossed[line];
-                    *crossed = (crossed.0.min(tile_column), crossed.1.max(tile_column));
+                let (rows, sign) = if first < last { ((first, last), -1) } else { ((last, first), 1) };
+                let mut row = rows.0;
+                while row < rows.1 {
+                    let end = rows.1.min(row + left_in_tile(cell.0 + row));
+                    self.cross(plane, window, &outline, (row, end), (from, slope), sign);
+                    row = end;
                 }
             }
             from = to;
         }
-        self.carry_over(plane, window, (cell.0 + low[1], columns), units);
+        self.carry_over(plane, window, &outline, rows);
+    }
+
+    /// Writes where an edge crosses rows of one row of tiles: where the inside begins, with a sign of 1, or ends, with −1.
+    fn cross(
+        &mut self,
+        plane: &mut Plane,
+        window: &mut Window,
+        outline: &Outline,
+        (row, end): (i32, i32),
+        (from, slope): ([f32; 2], f32),
+        sign: i32,
+    ) {
+        let column = |row: i32| outline.cell.1 + nearest(from[0] + (middle(row) - from[1]) * slope);
+        let units = if sign < 0 { outline.units.wrapping_neg() } else { outline.units };
+        let ends = [row, end - 1].map(|row| window.tile_column(column(row)));
+        let crossed = &mut self.crossed[outline.band(row)];
+        *crossed = (crossed.0.min(ends[0]).min(ends[1]), crossed.1.max(ends[0]).max(ends[1]));
+        let line = index(row - outline.low[1]);
+        let carries = self.carries[line * outline.columns..].chunks_exact_mut(outline.columns);
+        if ends[0] == ends[1] {
+            let tile = window.tile(plane, outline.cell.0 + row, ends[0]);
+            for (row, carries) in (row..end).zip(carries) {
+                let sum = &mut tile[place(outline.cell.0 + row, column(row))];
+                *sum = sum.wrapping_add(units);
+                carries[ends[0] + 1] += sign;
+            }
+        } else {
+            for (row, carries) in (row..end).zip(carries) {
+                let (column, row) = (column(row), outline.cell.0 + row);
+                let tile_column = window.tile_column(column);
+                let sum = &mut window.tile(plane, row, tile_column)[place(row, column)];
+                *sum = sum.wrapping_add(units);
+                carries[tile_column + 1] += sign;
+            }
+        }
     }
 
     /// Goes on in the tiles to the right of those in which the inside begins.
-    fn carry_over(&mut self, plane: &mut Plane, window: &mut Window, (first, columns): (i32, usize), units: u32) {
-        let rows = (first..).zip(self.carries.chunks_exact_mut(columns)).zip(&self.crossed);
-        for ((row, carries), &(left, right)) in rows.filter(|(_, crossed)| crossed.0 <= crossed.1) {
-            let mut inside = 0i32;
+    fn carry_over(&mut self, plane: &mut Plane, window: &mut Window, outline: &Outline, rows: usize) {
+        let lines = (outline.low[1]..).zip(self.carries.chunks_exact_mut(outline.columns).take(rows));
+        for (row, carries) in lines {
+            let (left, right) = self.crossed[outline.band(row)];
+            if left > right {
+                continue;
+            }
+            let (mut inside, row) = (0i32, outline.cell.0 + row);
             for (tile_column, carry) in carries.iter_mut().enumerate().take(right + 1).skip(left) {
                 inside += std::mem::take(carry);
                 if inside != 0 {
                     let sum = &mut window.tile(plane, row, tile_column)[place(row, 0)];
-                    *sum = sum.wrapping_add(units.wrapping_mul(inside.cast_unsigned()));
+                    *sum = sum.wrapping_add(outline.units.wrapping_mul(inside.cast_unsigned()));
                 }
             }
             carries[right + 1] = 0; // what ends there ends
@@ -203,6 +237,25 @@ impl FanPen {
                 *sum = sum.wrapping_add(units);
             }
         }
+    }
+}
+
+/// Where the outline of a scan lies.
+struct Outline {
+    /// The lowest cell (column, row) around it, relative to the apex' cell.
+    low: [i32; 2],
+    /// Tiles side by side, and one.
+    columns: usize,
+    /// The apex' cell: row, column.
+    cell: (i32, i32),
+    /// What each cell inside gets.
+    units: u32,
+}
+
+impl Outline {
+    /// Which row of tiles holds a row of cells, counted from the lowest.
+    fn band(&self, row: i32) -> usize {
+        index(((self.cell.0 + row) >> SHIFT) - ((self.cell.0 + self.low[1]) >> SHIFT))
     }
 }
 

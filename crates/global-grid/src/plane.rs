@@ -51,12 +51,8 @@ impl Plane {
         if let Some(&slot) = self.slots.get(&key) {
             return slot;
         }
-        let slot = u32::try_from(self.tiles.len()).expect("2³² tiles of 16 KiB fit into no memory");
         let blank = vec![0; TILE_CELLS].into_boxed_slice(); // zeroed by the allocator, not copied from the stack
-        self.tiles.push(blank.try_into().expect("as many cells as a tile has"));
-        self.keys.push(key);
-        self.slots.insert(key, slot);
-        slot
+        self.take_in(key, blank.try_into().expect("as many cells as a tile has"))
     }
 
     /// The cells of the tile in a slot that [`Plane::slot`] gave.
@@ -65,14 +61,23 @@ impl Plane {
         &mut self.tiles[slot as usize]
     }
 
-    /// Adds another plane, cell by cell.
-    pub(crate) fn add(&mut self, other: &Plane) {
-        for (key, more) in other.keys.iter().zip(&other.tiles) {
-            let slot = self.slot(*key);
-            for (sum, more) in self.tile_mut(slot).iter_mut().zip(more.iter()) {
-                *sum = sum.wrapping_add(*more);
+    /// Adds another plane, cell by cell; its tiles that have no counterpart are taken over as they are.
+    pub(crate) fn add(&mut self, other: Plane) {
+        for (key, more) in other.keys.into_iter().zip(other.tiles) {
+            if let Some(&slot) = self.slots.get(&key) {
+                self.tile_mut(slot).iter_mut().zip(more.iter()).for_each(|(sum, more)| *sum = sum.wrapping_add(*more));
+            } else {
+                self.take_in(key, more);
             }
         }
+    }
+
+    fn take_in(&mut self, key: TileKey, tile: Box<TileSums>) -> u32 {
+        let slot = u32::try_from(self.tiles.len()).expect("2³² tiles of 16 KiB fit into no memory");
+        self.tiles.push(tile);
+        self.keys.push(key);
+        self.slots.insert(key, slot);
+        slot
     }
 
     /// Forgets the tiles that hold nothing but zeros.
@@ -81,9 +86,7 @@ impl Plane {
         let keys = std::mem::take(&mut self.keys);
         self.slots.clear();
         for (key, tile) in keys.into_iter().zip(tiles).filter(|(_, tile)| tile.iter().any(|&sum| sum != 0)) {
-            self.slots.insert(key, u32::try_from(self.tiles.len()).expect("fewer tiles than before"));
-            self.keys.push(key);
-            self.tiles.push(tile);
+            self.take_in(key, tile);
         }
     }
 }
@@ -270,6 +273,11 @@ fn extent(low: i32, high: i32) -> usize {
 #[expect(clippy::cast_sign_loss, reason = "the mask leaves 0..63")]
 pub(crate) fn within(cell: i32) -> usize {
     (cell & ((1 << SHIFT) - 1)) as usize
+}
+
+/// How many rows (or columns) from this one on lie in its tile.
+pub(crate) fn left_in_tile(cell: i32) -> i32 {
+    (1 << SHIFT) - (cell & ((1 << SHIFT) - 1))
 }
 
 /// The place of a cell within its tile.

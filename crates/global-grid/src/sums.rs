@@ -17,9 +17,9 @@ pub(crate) type CellBox = ((i64, i64), (i64, i64));
 impl Sums {
     /// Adds what other readings say.
     #[cfg_attr(not(feature = "parallel"), expect(dead_code, reason = "only threads draw apart and add up"))]
-    pub(crate) fn add(&mut self, other: &Sums) {
-        self.empty.add(&other.empty);
-        self.occupied.add(&other.occupied);
+    pub(crate) fn add(&mut self, other: Sums) {
+        self.empty.add(other.empty);
+        self.occupied.add(other.occupied);
     }
 
     /// Forgets the tiles in which nothing is known any more.
