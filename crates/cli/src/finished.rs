@@ -57,7 +57,7 @@ pub(crate) fn rejected(error: hierarchy::MapperError) -> Failure {
 }
 
 fn count(gridmap: &FuzzyGrid) -> GridMetrics {
-    let counts = global_grid::count_cells(gridmap, &global_grid::CrispOptions::default());
+    let counts = global_grid::count_cells(gridmap, &global_grid::CrispOptions::for_map(gridmap));
     let frame = gridmap.frame();
     GridMetrics {
         rows: frame.rows(),

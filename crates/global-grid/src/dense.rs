@@ -2,7 +2,7 @@ use local_grid::{FrameError, Grid, GridFrame};
 use nalgebra::Point2;
 
 use crate::Tally;
-use crate::plane::{Plane, TILE, TILE_CELLS, first_cell};
+use crate::plane::{Plane, TILE, first_cell};
 use crate::sums::{Sums, TileCells};
 
 /// The frame of the cells from `low` to `high`, both `(row, column)` in the unbounded plane.
@@ -12,7 +12,7 @@ pub(crate) fn frame_of(low: (i64, i64), high: (i64, i64), resolution: f64) -> Re
     GridFrame::new(origin, resolution, index(high.0 - low.0) + 1, index(high.1 - low.1) + 1)
 }
 
-/// The cells of `frame`, whose first cell is `low`, each as `read` sees its sums.
+/// The cells of `frame`, whose first cell is `low`, each as `read` sees its sums; what lies beside the frame is left out.
 pub(crate) fn dense<T: Copy + Default>(
     sums: &Sums,
     echoes: Option<&Plane>,
@@ -23,12 +23,17 @@ pub(crate) fn dense<T: Copy + Default>(
     grid.cells_mut().fill(read(Tally::default()));
     let mut cells = TileCells::default();
     for key in sums.keys(echoes) {
+        let rows = overlap(first_cell(key.0) - low.0, frame.rows());
+        let columns = overlap(first_cell(key.1) - low.1, frame.columns());
+        if rows.is_empty() || columns.is_empty() {
+            continue;
+        }
         cells.load(sums, echoes, key);
         let corner = (first_cell(key.0) - low.0, first_cell(key.1) - low.1);
-        for at in 0..TILE_CELLS {
-            let tally = cells.tally(at);
+        for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
+            let tally = cells.tally(row * TILE + column);
             if !tally.is_unknown() {
-                let (row, column) = (index(corner.0 + cell(at / TILE)), index(corner.1 + cell(at % TILE)));
+                let (row, column) = (index(corner.0 + cell(row)), index(corner.1 + cell(column)));
                 grid.cells_mut()[row * frame.columns() + column] = read(tally);
             }
         }
@@ -36,7 +41,13 @@ pub(crate) fn dense<T: Copy + Default>(
     grid
 }
 
-#[expect(clippy::cast_sign_loss, clippy::cast_possible_truncation, reason = "known cells lie in the box around them")]
+/// The rows (or columns) of a tile that lie in a frame of `count`, in which the tile's first lies at `first`.
+fn overlap(first: i64, count: usize) -> std::ops::Range<usize> {
+    let end = i64::try_from(count).unwrap_or(i64::MAX) - first;
+    index((-first).max(0)).min(TILE)..index(end.max(0)).min(TILE)
+}
+
+#[expect(clippy::cast_sign_loss, clippy::cast_possible_truncation, reason = "cells within the frame, or clamped")]
 fn index(cell: i64) -> usize {
     cell as usize
 }

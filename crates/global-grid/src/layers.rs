@@ -12,36 +12,40 @@ use crate::picture::PictureError;
 /// What a layer holds: one degree in `[0, 1]` per cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Layer {
-    /// Membership in the empty set.
-    Empty,
-    /// Membership in the occupied set.
+    /// `O`: membership in the occupied set.
     Occupied,
+    /// `E`: membership in the empty set.
+    Free,
     /// `E · O`: readings contradict each other, as where furniture or doors were moved.
-    Contradictory,
+    Conflict,
+    /// `(1 − E)(1 − O)`: hardly anything is known.
+    Ignorance,
     /// `M`: what a planner should keep away from.
     Unsafe,
 }
 
 impl Layer {
     /// All layers.
-    pub const ALL: [Self; 4] = [Self::Empty, Self::Occupied, Self::Contradictory, Self::Unsafe];
+    pub const ALL: [Self; 5] = [Self::Occupied, Self::Free, Self::Conflict, Self::Ignorance, Self::Unsafe];
 
     /// The layer's name, and its file's without `.png`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Empty => "empty",
             Self::Occupied => "occupied",
-            Self::Contradictory => "contradictory",
+            Self::Free => "free",
+            Self::Conflict => "conflict",
+            Self::Ignorance => "ignorance",
             Self::Unsafe => "unsafe",
         }
     }
 
     fn meaning(self) -> &'static str {
         match self {
-            Self::Empty => "degree to which the cell is empty",
             Self::Occupied => "degree to which the cell is occupied",
-            Self::Contradictory => "degree to which readings of the cell contradict each other",
+            Self::Free => "degree to which the cell is empty",
+            Self::Conflict => "degree to which readings of the cell contradict each other",
+            Self::Ignorance => "degree to which nothing is known of the cell",
             Self::Unsafe => "degree to which the cell is unsafe: occupied, contradictory or unexplored",
         }
     }
@@ -50,9 +54,10 @@ impl Layer {
     #[must_use]
     pub fn degree(self, cell: Fuzzy) -> f32 {
         match self {
-            Self::Empty => cell.empty,
             Self::Occupied => cell.occupied,
-            Self::Contradictory => derive(cell, Norm::Product).ambiguous,
+            Self::Free => cell.empty,
+            Self::Conflict => derive(cell, Norm::Product).ambiguous,
+            Self::Ignorance => derive(cell, Norm::Product).indeterminate,
             Self::Unsafe => derive(cell, Norm::Product).unsafety,
         }
     }
@@ -97,7 +102,7 @@ pub fn write_legend(frame: &GridFrame, out: &mut impl Write) -> std::io::Result<
         })
     });
     let legend = serde_json::json!({
-        "schema": "topogrid/layers/1",
+        "schema": "topogrid/layers/2",
         "resolution_m": frame.resolution(),
         "origin_m": [frame.origin().x, frame.origin().y],
         "origin_is": "the outer corner of the lowest, leftmost pixel; x east, y north",
@@ -143,8 +148,8 @@ pub enum LayerError {
 pub fn read_legend(input: impl BufRead) -> Result<GridFrame, LayerError> {
     let wrong = |what: String| LayerError::Legend(what);
     let legend: serde_json::Value = serde_json::from_reader(input).map_err(|error| wrong(error.to_string()))?;
-    if legend["schema"] != "topogrid/layers/1" {
-        return Err(wrong(format!("`schema` must be \"topogrid/layers/1\", got {}", legend["schema"])));
+    if legend["schema"] != "topogrid/layers/2" {
+        return Err(wrong(format!("`schema` must be \"topogrid/layers/2\", got {}", legend["schema"])));
     }
     let number = |value: &serde_json::Value, key: &str| {
         value.as_f64().ok_or_else(|| LayerError::Legend(format!("`{key}` must be a number, got {value}")))
@@ -164,7 +169,7 @@ pub fn read_legend(input: impl BufRead) -> Result<GridFrame, LayerError> {
 ///
 /// An image that is broken or not of the legend's size.
 pub fn read_layers(frame: GridFrame, empty: impl BufRead, occupied: impl BufRead) -> Result<FuzzyGrid, LayerError> {
-    let empty = degrees(&frame, Layer::Empty, empty)?;
+    let empty = degrees(&frame, Layer::Free, empty)?;
     let occupied = degrees(&frame, Layer::Occupied, occupied)?;
     let cells = empty.into_iter().zip(occupied).map(|(empty, occupied)| Fuzzy { empty, occupied }).collect();
     Ok(Grid::from_cells(frame, cells).unwrap_or_else(|_| Grid::new(frame)))
@@ -198,7 +203,7 @@ mod tests {
     fn written() -> [Vec<u8>; 3] {
         let (mut legend, mut empty, mut occupied) = (Vec::new(), Vec::new(), Vec::new());
         write_legend(grid().frame(), &mut legend).unwrap();
-        write_layer(&grid(), Layer::Empty, &mut empty).unwrap();
+        write_layer(&grid(), Layer::Free, &mut empty).unwrap();
         write_layer(&grid(), Layer::Occupied, &mut occupied).unwrap();
         [legend, empty, occupied]
     }
@@ -221,10 +226,10 @@ mod tests {
         let text = String::from_utf8(legend).unwrap();
         let other = read_legend(text.replace("\"rows\": 3", "\"rows\": 4").as_bytes()).unwrap();
         let error = read_layers(other, empty.as_slice(), occupied.as_slice()).unwrap_err();
-        assert_eq!(error.to_string(), "layer `empty` has 15 pixels, but the legend says 20");
+        assert_eq!(error.to_string(), "layer `free` has 15 pixels, but the legend says 20");
         let cut = read_layers(*grid().frame(), &empty[..empty.len() / 2], occupied.as_slice());
-        assert!(matches!(cut, Err(LayerError::Image { name: "empty", .. })));
-        for wrong in ["", "{}", "[1, 2]", &text.replace("0.05", "0"), &text.replace("layers/1", "layers/9")] {
+        assert!(matches!(cut, Err(LayerError::Image { name: "free", .. })));
+        for wrong in ["", "{}", "[1, 2]", &text.replace("0.05", "0"), &text.replace("layers/2", "layers/9")] {
             assert!(matches!(read_legend(wrong.as_bytes()), Err(LayerError::Legend(_))));
         }
     }

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use local_grid::{FuzzyGrid, Grid, GridFrame, Scan};
-use nalgebra::Isometry2;
+use nalgebra::{Isometry2, Point2};
 
 use crate::assemble::draw_all;
 use crate::dense::{dense, frame_of};
@@ -172,6 +172,31 @@ impl GridMap {
         let (low, high) = self.sums.known_box(self.echoes()).ok_or(GridError::NothingKnown)?;
         let frame = frame_of(low, high, self.options.resolution)?;
         Ok(dense(&self.sums, self.echoes(), (frame, low), read))
+    }
+
+    /// The map between two corners (the south-west and the north-east, in metres) as a dense grid, each cell as `read` sees
+    /// its sums; known or not, all cells that the box touches are there.
+    ///
+    /// # Errors
+    ///
+    /// Corners that are no box, or more cells than one dense grid can hold.
+    pub fn read_within<T: Copy + Default>(
+        &self,
+        (low, high): (Point2<f64>, Point2<f64>),
+        read: impl FnMut(Tally) -> T,
+    ) -> Result<Grid<T>, GridError> {
+        let resolution = self.options.resolution;
+        let limit = MAX_POSE_CELLS * resolution;
+        let inside = |at: f64| at.abs() <= limit; // NaN is not
+        if !(low.x < high.x && low.y < high.y && [low.x, low.y, high.x, high.y].into_iter().all(inside)) {
+            return Err(GridError::Box { west: low.x, south: low.y, east: high.x, north: high.y, limit });
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "within a billion cells of the origin")]
+        let cell = |at: f64| at as i64;
+        let first = (cell((low.y / resolution).floor()), cell((low.x / resolution).floor()));
+        let last = (cell((high.y / resolution).ceil()) - 1, cell((high.x / resolution).ceil()) - 1);
+        let frame = frame_of(first, last, resolution)?;
+        Ok(dense(&self.sums, self.echoes(), (frame, first), read))
     }
 
     /// The map as a dense grid of degrees of emptiness and occupancy, cut to what is known.

@@ -11,7 +11,7 @@ use local_grid::GridFrame;
 pub use image::ImageError;
 pub(crate) use image::Shades;
 pub use read::{MapImage, ReadError, read_image};
-pub use write::{write_pgm, write_yaml};
+pub use write::{write_pgm, write_raw, write_scale, write_yaml};
 pub use yaml::MetadataError;
 
 /// How the map server turns a pixel into occupancy.

@@ -1,5 +1,7 @@
 use local_grid::{Fuzzy, FuzzyGrid, Grid};
 
+use crate::Exposure;
+
 /// What a cell is, as planners take it: one of three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
@@ -15,7 +17,8 @@ pub enum Occupancy {
 
 /// When a cell with degrees `E` of emptiness and `O` of occupancy counts as occupied, free or contradictory.
 ///
-/// Occupied if `O > E` and `O > occupied`; free if `E > O` and `E > free`; contradictory if `E · O > contradictory`.
+/// Occupied if `O > E` and `O > occupied`; free if `E > O` and `E > free`, both after [`exposure`](CrispOptions::exposure);
+/// contradictory if `E · O > contradictory`, without.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct CrispOptions {
@@ -25,18 +28,28 @@ pub struct CrispOptions {
     pub free: f32,
     /// Least product of both of a contradictory cell.
     pub contradictory: f32,
+    /// By how much evidence is multiplied before it is judged. Thresholds suit maps of one density of readings; the exposure
+    /// suits them to others.
+    pub exposure: Exposure,
 }
 
 impl Default for CrispOptions {
     fn default() -> Self {
-        Self { occupied: 0.5, free: 0.3, contradictory: 0.25 }
+        Self { occupied: 0.5, free: 0.3, contradictory: 0.25, exposure: Exposure::default() }
     }
 }
 
 impl CrispOptions {
+    /// The thresholds as they suit a map: its evidence exposed by [`Exposure::of`].
+    #[must_use]
+    pub fn for_map(grid: &FuzzyGrid) -> Self {
+        Self { exposure: Exposure::of(grid), ..Self::default() }
+    }
+
     /// What the cell counts as.
     #[must_use]
     pub fn occupancy(&self, cell: Fuzzy) -> Occupancy {
+        let cell = self.exposure.of_cell(cell);
         if cell.occupied > cell.empty && cell.occupied > self.occupied {
             Occupancy::Occupied
         } else if cell.empty > cell.occupied && cell.empty > self.free {
@@ -102,5 +115,15 @@ mod tests {
         assert_eq!(crisp(0.7, 0.6), Occupancy::Free);
         assert_eq!(crisp(0.6, 0.6), Occupancy::Unknown);
         assert!(CrispOptions::default().is_contradictory(Fuzzy { empty: 0.6, occupied: 0.6 }));
+    }
+
+    #[test]
+    fn a_timid_map_has_walls_and_floor_as_well() {
+        let frame = local_grid::GridFrame::new(nalgebra::Point2::origin(), 0.1, 1, 3).unwrap();
+        let cells = [(0.2, 0.0), (0.05, 0.15), (0.02, 0.0)].map(|(empty, occupied)| Fuzzy { empty, occupied });
+        let grid = FuzzyGrid::from_cells(frame, cells.to_vec()).unwrap();
+        assert!(occupancy(&grid, &CrispOptions::default()).cells().iter().all(|&cell| cell == Occupancy::Unknown));
+        let crisp = occupancy(&grid, &CrispOptions::for_map(&grid));
+        assert_eq!(crisp.cells(), [Occupancy::Free, Occupancy::Occupied, Occupancy::Unknown]);
     }
 }

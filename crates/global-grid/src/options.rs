@@ -129,12 +129,43 @@ pub enum GridError {
     /// Nothing is known of any cell, so there is no map to cut out.
     #[error("no reading has said anything of any cell")]
     NothingKnown,
+    /// A map can be cut to a box only.
+    #[error(
+        "the box must reach from a south-west to a north-east corner within {limit} m of the origin, \
+         got ({west}, {south}) and ({east}, {north})"
+    )]
+    Box {
+        /// West, in metres.
+        west: f64,
+        /// South, in metres.
+        south: f64,
+        /// East, in metres.
+        east: f64,
+        /// North, in metres.
+        north: f64,
+        /// The farthest that a corner may be, in metres.
+        limit: f64,
+    },
     /// The box around all that is known is too large for one dense grid.
     #[error("the known cells span a box that no dense grid can hold")]
     Frame(#[from] FrameError),
 }
 
 impl GridOptions {
+    /// The same with no reading drawn farther than `range` metres, whatever the sensor: an echo from beyond leaves
+    /// emptiness up to there.
+    #[must_use]
+    pub fn within_range(mut self, range: f64) -> Self {
+        let limit = |max_range: &mut f64| *max_range = max_range.min(range);
+        match &mut self.sonar {
+            SonarModel::Shared(model) => limit(&mut model.max_range),
+            SonarModel::Cone(model) => limit(&mut model.max_range),
+            SonarModel::Regions(model) => limit(&mut model.max_range),
+        }
+        limit(&mut self.laser.max_range);
+        self
+    }
+
     /// Checks that every option lies where it makes sense.
     ///
     /// # Errors

@@ -1,24 +1,23 @@
 //! The map as a picture for people: empty, occupied, contradictory and unexplored told apart by colour.
 
-mod font;
 mod indexed;
+mod text;
+mod tone;
 
 use std::io::Write;
 
-use local_grid::{Fuzzy, FuzzyGrid, GridFrame};
+use local_grid::{FuzzyGrid, GridFrame};
 use nalgebra::{Point2, Vector2};
 
-use font::{GLYPH_HEIGHT, write_text};
+use crate::Exposure;
 pub use indexed::write_indexed;
 pub(crate) use indexed::write_pixels;
+use text::{LINE, width_of, write_text};
+use tone::{CONTRADICTORY, EMPTY, OCCUPIED, UNEXPLORED, color_of};
 
 /// A colour: red, green, blue.
 pub(crate) type Rgb = [u8; 3];
 
-const EMPTY: Rgb = [255, 255, 255];
-const OCCUPIED: Rgb = [16, 24, 32];
-const CONTRADICTORY: Rgb = [230, 90, 20];
-const UNEXPLORED: Rgb = [158, 172, 188];
 const INK: Rgb = [40, 44, 52];
 const PAPER: Rgb = [244, 244, 240];
 const PATH: Rgb = [20, 110, 220];
@@ -28,11 +27,13 @@ const LEAST_SIDE: usize = 900;
 /// Pixels between the map and the rim.
 const MARGIN: usize = 16;
 /// Pixels of the strip below the map.
-const STRIP: usize = 64;
+const STRIP: usize = 52;
 /// Pixels of the line of names above maps side by side.
-const TITLE: usize = 16;
-/// Least width that the legend needs.
-const LEGEND_WIDTH: usize = 660;
+const TITLE: usize = LINE + 4;
+/// Least width that the strip needs.
+const STRIP_WIDTH: usize = 900;
+/// Edge of a square of colour in the legend.
+const SWATCH: usize = 16;
 
 /// An image in memory.
 pub(crate) struct Canvas {
@@ -50,6 +51,15 @@ impl Canvas {
         if x < self.width && y < self.height {
             let at = 3 * (y * self.width + x);
             self.pixels[at..at + 3].copy_from_slice(&color);
+        }
+    }
+
+    /// Covers a pixel in part: 0 not at all, 255 wholly.
+    fn blend(&mut self, x: usize, y: usize, color: Rgb, coverage: u8) {
+        if coverage > 0 && x < self.width && y < self.height {
+            let at = 3 * (y * self.width + x);
+            let below = [self.pixels[at], self.pixels[at + 1], self.pixels[at + 2]];
+            self.set(x, y, tone::mix(below, color, f32::from(coverage) / 255.0));
         }
     }
 
@@ -81,22 +91,11 @@ impl Canvas {
     }
 }
 
-/// The colour of a cell: the four corners of the unit square of (empty, occupied), mixed by the product norm.
-fn color_of(cell: Fuzzy) -> Rgb {
-    let (e, o) = (cell.empty.clamp(0.0, 1.0), cell.occupied.clamp(0.0, 1.0));
-    let weights = [(1.0 - e) * (1.0 - o), e * (1.0 - o), o * (1.0 - e), e * o];
-    let corners = [UNEXPLORED, EMPTY, OCCUPIED, CONTRADICTORY];
-    [0, 1, 2].map(|channel| {
-        let mixed: f32 = weights.iter().zip(&corners).map(|(weight, color)| weight * f32::from(color[channel])).sum();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a mean of bytes is a byte")]
-        let byte = mixed.round() as u8;
-        byte
-    })
-}
-
 /// Draws the map as a PNG with a scale bar, an arrow to the north and a legend.
 ///
-/// White is empty, black occupied, orange contradictory, grey-blue unexplored; colours in between are degrees in between.
+/// White is empty, black occupied, orange contradictory (as much evidence for as against), grey-blue unexplored; colours in
+/// between are degrees in between. Maps of few or timid readings are exposed longer, and the legend says by how much: see
+/// [`Exposure`].
 ///
 /// # Errors
 ///
@@ -128,7 +127,7 @@ pub fn write_path(grid: &FuzzyGrid, path: &[Point2<f64>], out: impl Write) -> Re
     canvas.encode(out).map_err(PictureError::from)
 }
 
-/// Draws maps of the same place side by side under their names (small letters, digits, `-`, `.`), with one legend.
+/// Draws maps of the same place side by side under their names, with one legend.
 ///
 /// # Errors
 ///
@@ -138,15 +137,16 @@ pub fn write_side_by_side(maps: &[(&str, &FuzzyGrid)], out: impl Write) -> Resul
     let size = |grid: &FuzzyGrid| (grid.frame().columns() * zoom, grid.frame().rows() * zoom);
     let width: usize = maps.iter().map(|(_, grid)| size(grid).0 + MARGIN).sum();
     let height = maps.iter().map(|(_, grid)| size(grid).1).max().unwrap_or(0);
-    let mut canvas = Canvas::new((width + MARGIN).max(LEGEND_WIDTH), TITLE + height + 2 * MARGIN + STRIP, PAPER);
+    let mut canvas = Canvas::new((width + MARGIN).max(STRIP_WIDTH), TITLE + height + 2 * MARGIN + STRIP, PAPER);
+    let exposure = Exposure::of_all(maps.iter().map(|(_, grid)| *grid));
     let mut left = MARGIN;
     for (name, grid) in maps {
-        write_text(&mut canvas, left, MARGIN / 2, 2, INK, name);
-        paint_cells(&mut canvas, grid, (left, TITLE + MARGIN), zoom);
+        write_text(&mut canvas, left, MARGIN / 2, INK, name);
+        paint_cells(&mut canvas, grid, (left, TITLE + MARGIN), (zoom, exposure));
         left += size(grid).0 + MARGIN;
     }
     if let Some((_, grid)) = maps.first() {
-        paint_strip(&mut canvas, TITLE + height + 2 * MARGIN, pixels_per_metre(grid.frame(), zoom));
+        paint_strip(&mut canvas, TITLE + height + 2 * MARGIN, pixels_per_metre(grid.frame(), zoom), exposure);
     }
     canvas.encode(out).map_err(PictureError::from)
 }
@@ -174,18 +174,24 @@ impl From<png::EncodingError> for PictureError {
 
 fn paint(grid: &FuzzyGrid) -> Canvas {
     let (frame, zoom) = (grid.frame(), zoom_of(grid.frame()));
-    let width = (frame.columns() * zoom + 2 * MARGIN).max(LEGEND_WIDTH);
+    let width = (frame.columns() * zoom + 2 * MARGIN).max(STRIP_WIDTH);
     let mut canvas = Canvas::new(width, frame.rows() * zoom + 2 * MARGIN + STRIP, PAPER);
-    paint_cells(&mut canvas, grid, (MARGIN, MARGIN), zoom);
-    paint_strip(&mut canvas, frame.rows() * zoom + 2 * MARGIN, pixels_per_metre(frame, zoom));
+    let exposure = Exposure::of(grid);
+    paint_cells(&mut canvas, grid, (MARGIN, MARGIN), (zoom, exposure));
+    paint_strip(&mut canvas, frame.rows() * zoom + 2 * MARGIN, pixels_per_metre(frame, zoom), exposure);
     canvas
 }
 
-fn paint_cells(canvas: &mut Canvas, grid: &FuzzyGrid, (left, top): (usize, usize), zoom: usize) {
+fn paint_cells(
+    canvas: &mut Canvas,
+    grid: &FuzzyGrid,
+    (left, top): (usize, usize),
+    (zoom, exposure): (usize, Exposure),
+) {
     let (rows, columns) = (grid.frame().rows(), grid.frame().columns());
     for (index, &cell) in grid.cells().iter().enumerate() {
         let (row, column) = (rows - 1 - index / columns, index % columns);
-        canvas.fill(left + column * zoom, top + row * zoom, zoom, zoom, color_of(cell));
+        canvas.fill(left + column * zoom, top + row * zoom, zoom, zoom, color_of(exposure, cell));
     }
 }
 
@@ -207,26 +213,32 @@ fn pixel(frame: &GridFrame, zoom: usize, point: Point2<f64>) -> Vector2<f64> {
 }
 
 /// Scale bar, north arrow and legend, below the map.
-fn paint_strip(canvas: &mut Canvas, top: usize, pixels_per_metre: f64) {
+fn paint_strip(canvas: &mut Canvas, top: usize, pixels_per_metre: f64, exposure: Exposure) {
     let (length, pixels) = scale_bar(pixels_per_metre);
-    canvas.fill(MARGIN, top + 22, pixels, 4, INK);
+    let middle = top + STRIP / 2 - MARGIN / 2;
+    canvas.fill(MARGIN, middle + 8, pixels, 3, INK);
     for end in [MARGIN, MARGIN + pixels - 2] {
-        canvas.fill(end, top + 17, 2, 14, INK);
+        canvas.fill(end, middle + 3, 2, 13, INK);
     }
-    write_text(canvas, MARGIN, top, 2, INK, &format!("{length} m"));
-    let arrow = MARGIN + 300;
+    let label = format!("{length} m");
+    write_text(canvas, MARGIN + (pixels.max(width_of(&label)) - width_of(&label)) / 2, middle - LINE, INK, &label);
+    let arrow = MARGIN + 270;
     for step in 0..12 {
-        canvas.fill(arrow - step / 2, top + step, step | 1, 1, INK);
+        canvas.fill(arrow - step / 2, middle - 13 + step, step | 1, 1, INK);
     }
-    canvas.fill(arrow - 1, top + 12, 3, 22, INK);
-    write_text(canvas, arrow + 12, top + 10, 2, INK, "N");
+    canvas.fill(arrow - 1, middle - 1, 3, 17, INK);
+    write_text(canvas, arrow + 10, middle - LINE / 2, INK, "N");
     let entries =
         [(EMPTY, "empty"), (OCCUPIED, "occupied"), (CONTRADICTORY, "contradictory"), (UNEXPLORED, "unexplored")];
-    for (place, (color, name)) in entries.into_iter().enumerate() {
-        let (x, y) = (MARGIN + 350 + 120 * (place % 2), top + 26 * (place / 2));
-        canvas.fill(x, y, 18, 18, INK);
-        canvas.fill(x + 1, y + 1, 16, 16, color);
-        write_text(canvas, x + 24, y + 9 - GLYPH_HEIGHT / 2, 1, INK, name);
+    let mut left = arrow + 50;
+    for (color, name) in entries {
+        canvas.fill(left, middle - SWATCH / 2, SWATCH, SWATCH, INK);
+        canvas.fill(left + 1, middle + 1 - SWATCH / 2, SWATCH - 2, SWATCH - 2, color);
+        write_text(canvas, left + SWATCH + 6, middle - LINE / 2, INK, name);
+        left += SWATCH + 6 + width_of(name) + 18;
+    }
+    if exposure.factor() > 1.0 {
+        write_text(canvas, left, middle - LINE / 2, INK, &format!("evidence x{:.1}", exposure.factor()));
     }
 }
 
@@ -244,6 +256,7 @@ fn scale_bar(pixels_per_metre: f64) -> (f64, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use local_grid::Fuzzy;
 
     fn grid() -> FuzzyGrid {
         let mut grid = FuzzyGrid::new(GridFrame::new(Point2::origin(), 0.1, 20, 30).unwrap());
@@ -254,14 +267,6 @@ mod tests {
 
     fn pixel_at(canvas: &Canvas, x: usize, y: usize) -> &[u8] {
         &canvas.pixels[3 * (y * canvas.width + x)..][..3]
-    }
-
-    #[test]
-    fn the_four_kinds_of_cells_differ() {
-        let color = |empty, occupied| color_of(Fuzzy { empty, occupied });
-        let kinds = [color(0.0, 0.0), color(1.0, 0.0), color(0.0, 1.0), color(1.0, 1.0)];
-        assert_eq!(kinds, [UNEXPLORED, EMPTY, OCCUPIED, CONTRADICTORY]);
-        assert_eq!(color(f32::NAN, 0.0), [0, 0, 0]); // nonsense is drawn, not fatal
     }
 
     #[test]

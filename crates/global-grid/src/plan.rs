@@ -6,6 +6,7 @@ mod search;
 use local_grid::nalgebra::Point2;
 use local_grid::{FuzzyGrid, Grid};
 
+use crate::Exposure;
 use crate::derived::{Norm, derive};
 use dilate::dilate;
 use search::search;
@@ -24,6 +25,8 @@ pub struct PlanOptions {
     pub forbidden: f64,
     /// How fuzzy sets are intersected.
     pub norm: Norm,
+    /// By how much evidence is multiplied first: by [`Exposure::of`] a map of few readings has safe ground as well.
+    pub exposure: Exposure,
     /// Whether cells of which next to nothing is known may be entered, at the cost of unsafe ones.
     pub through_unexplored: bool,
 }
@@ -36,6 +39,7 @@ impl Default for PlanOptions {
             risk_weight: 3.0,
             forbidden: 0.9,
             norm: Norm::Product,
+            exposure: Exposure::default(),
             through_unexplored: false,
         }
     }
@@ -178,7 +182,7 @@ pub fn unsafety(grid: &FuzzyGrid, options: &PlanOptions) -> Result<Grid<f32>, Pl
     options.validate()?;
     let floor = unexplored_unsafety(options);
     let own = grid.map(|&cell| {
-        let sets = derive(cell, options.norm);
+        let sets = derive(options.exposure.of_cell(cell), options.norm);
         // An unexplored cell may be allowed, but costs as much as anything that is allowed.
         if sets.indeterminate > 0.5 { sets.unsafety.min(floor) } else { sets.unsafety }
     });

@@ -96,7 +96,7 @@ fn layers_keep_sixteen_bits_for_others() {
     let mut grid = global_grid::local_grid::FuzzyGrid::new(frame);
     grid.get_mut(1, 2).unwrap().empty = 0.123_456;
     let mut bytes = Vec::new();
-    layers::write_layer(&grid, layers::Layer::Empty, &mut bytes).unwrap();
+    layers::write_layer(&grid, layers::Layer::Free, &mut bytes).unwrap();
     let pixels = image::load_from_memory(&bytes).unwrap().into_luma16();
     assert_eq!(pixels.get_pixel(2, 0).0[0], 8091); // 0.123456 · 65535, at the top right
     assert_eq!(pixels.get_pixel(0, 1).0[0], 0);

@@ -1,5 +1,7 @@
 mod about;
 
+use global_grid::{GridOptions, SharedEcho, SonarModel};
+use robot_log::local_grid::{SonarCone, SonarRegions};
 use serde::{Deserialize, Serialize};
 
 /// Everything that can be chosen about a run; the defaults are the paper's where it states them.
@@ -142,11 +144,48 @@ pub struct GridConfig {
     pub resolution_m: f64,
     /// Farthest reading that is drawn, in metres; `0` leaves it to the sensor's model.
     pub range_max_m: f64,
+    /// By which model sonar readings are drawn.
+    pub sonar: SonarDrawing,
 }
 
 impl Default for GridConfig {
     fn default() -> Self {
-        Self { resolution_m: 0.1, range_max_m: 0.0 }
+        Self { resolution_m: 0.1, range_max_m: 0.0, sonar: SonarDrawing::default() }
+    }
+}
+
+/// By which model sonar readings are drawn into the gridmap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SonarDrawing {
+    /// Oriolo's cone, the paper's: short-sighted, so that it keeps its word where echoes are specular.
+    #[default]
+    Oriolo,
+    /// A flat cone whose echo is shared out by what all readings say.
+    Shared,
+    /// Murphy's regions.
+    Murphy,
+}
+
+impl SonarDrawing {
+    /// The model, with its own defaults.
+    #[must_use]
+    pub fn model(self) -> SonarModel {
+        match self {
+            Self::Oriolo => SonarModel::Cone(SonarCone::default()),
+            Self::Shared => SonarModel::Shared(SharedEcho::default()),
+            Self::Murphy => SonarModel::Regions(SonarRegions::default()),
+        }
+    }
+}
+
+impl GridConfig {
+    /// How the global level is to build the gridmap.
+    #[must_use]
+    pub fn options(&self) -> GridOptions {
+        let options =
+            GridOptions { resolution: self.resolution_m, sonar: self.sonar.model(), ..GridOptions::default() };
+        if self.range_max_m > 0.0 { options.within_range(self.range_max_m) } else { options }
     }
 }
 

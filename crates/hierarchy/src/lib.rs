@@ -14,6 +14,7 @@ mod floor_plan;
 mod front_end;
 mod growth;
 mod laser;
+mod live_map;
 mod mapper;
 mod metrics;
 mod problem;
@@ -33,7 +34,7 @@ mod truth;
 pub use atlas::{Atlas, AtlasLink, AtlasPlace};
 pub use config::{
     Config, ConfigError, GridConfig, HeadingConfig, HeadingMode, OdometryConfig, PlaceConfig, RecognitionConfig,
-    RelaxationConfig, RelaxationPolicy,
+    RelaxationConfig, RelaxationPolicy, SonarDrawing,
 };
 pub use coordinates::{Coordinates, Relaxation};
 pub use directions::HeldHeading;
@@ -42,6 +43,7 @@ pub use exploration::{Ended, Errand, Exploration, ExplorationError};
 pub use floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
 pub use front_end::SenseError;
 pub use growth::{Growth, Regrown};
+pub use live_map::{Followed, LiveMap};
 pub use mapper::{Mapper, MapperError};
 pub use metrics::{
     GridMetrics, LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RefusedLoop, RegionMetrics, RelaxationMetrics,

@@ -1,9 +1,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use global_grid::{Calculus, SonarModel};
+use global_grid::{Calculus, GridOptions};
 use nalgebra::{Isometry2, Point2};
-use robot_log::local_grid::{FrameError, FuzzyGrid, Signature, SonarCone};
+use robot_log::local_grid::{FrameError, FuzzyGrid, Signature};
 use robot_log::{Entry, EntryKind};
 use topo_map::{Displacement, Link, PlaceId, TopoMap, Turn};
 
@@ -14,6 +14,7 @@ use crate::event::Event;
 use crate::eyes::{Eyes, touch};
 use crate::floor_plan::FloorPlan;
 use crate::front_end::{FrontEnd, SenseError, Sensed};
+use crate::live_map::LiveMap;
 use crate::problem::RelaxationError;
 use crate::proposals::Proposals;
 use crate::recognize::{Closure, Recognizer, Verdict};
@@ -529,16 +530,9 @@ impl Mapper {
     ///
     /// As [`Mapper::gridmap`].
     pub fn gridmap_by(&self, calculus: Calculus) -> Result<FuzzyGrid, MapperError> {
-        let mut grid = global_grid::GridMap::new(global_grid::GridOptions {
-            resolution: self.config.grid.resolution_m,
-            calculus,
-            sonar: SonarModel::Cone(SonarCone::default()), // the paper's; it keeps its word where echoes are specular
-            ..global_grid::GridOptions::default()
-        })?;
-        for (key, (pose, sample)) in (0..).zip(self.poses().iter().zip(self.trajectory.samples())) {
-            grid.insert(key, pose, &sample.scan)?;
-        }
-        Ok(grid.to_grid()?)
+        let mut map = LiveMap::new(GridOptions { calculus, ..self.config.grid.options() })?;
+        map.follow(self, 0.0)?;
+        Ok(map.map().to_grid()?)
     }
 
     /// The position of every place as dead reckoning along the traveled links has it, in metres.

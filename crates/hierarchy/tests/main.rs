@@ -7,6 +7,7 @@
 mod blind_robot;
 mod edits;
 mod explain;
+mod live_map;
 mod logs;
 mod office_loop;
 mod real_logs;

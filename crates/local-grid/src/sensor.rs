@@ -21,6 +21,14 @@ pub struct Sounding {
     pub echo: bool,
 }
 
+impl Sounding {
+    /// What is left of it within `max_range` metres: an echo from beyond leaves emptiness up to there.
+    #[must_use]
+    pub fn within(self, max_range: f64) -> Self {
+        if self.range <= max_range { self } else { Self { range: max_range, echo: false } }
+    }
+}
+
 /// A point in a beam, seen from the sensor's face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamPoint {

@@ -5,8 +5,9 @@ use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
-use global_grid::{CrispOptions, GridMap, MapScore, Occupancy, count_cells, occupancy, score};
-use local_grid::{FuzzyGrid, Grid, SensorKind};
+use global_grid::{CrispOptions, GridMap, GridOptions, MapScore, Occupancy, count_cells, occupancy, score};
+use local_grid::{FuzzyGrid, Grid, LaserRay, SensorKind};
+use nalgebra::Isometry2;
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -19,8 +20,8 @@ use crate::{files, map_folder};
 /// Runs: compare.html shows their maps upon each other, blinking, and what became of every cell from the first to each of
 /// the others. Their coordinates must be the same, as those of one log mapped in different ways are.
 ///
-/// A log: one picture and one table.
-/// The readings of a log whose poses are known are fused by fuzzy sets, by Bayes' rule and by Dempster's. One sensor model
+/// A log, or one run: one picture and one table.
+/// The readings, of which the poses must be known, are fused by fuzzy sets, by Bayes' rule and by Dempster's. One sensor model
 /// makes the same statement to all three: what a reading says is matched through its pignistic probability. The reference
 /// is a map, or the laser's map where the log holds laser and sonar and the sonar is judged.
 ///
@@ -57,8 +58,8 @@ struct Entrant {
 
 /// Builds, scores and draws the maps.
 pub(crate) fn run(args: &CompareArgs, context: &Context) -> Result<(), Failure> {
-    if runs::are_runs(&args.posed.log.logs) {
-        return runs::compare(&args.posed.log.logs, args.out.as_deref(), args.force, context);
+    if runs::are_runs(&args.posed.sources) {
+        return runs::compare(&args.posed.sources, args.out.as_deref(), args.force, context);
     }
     let posed = args.posed.read(context)?;
     let reference = reference(args, &posed)?;
@@ -79,18 +80,28 @@ pub(crate) fn run(args: &CompareArgs, context: &Context) -> Result<(), Failure> 
     context.print(&table(&entrants, &reference_name(args, reference.is_some())))
 }
 
+/// The map that is right.
+struct Reference {
+    cells: Grid<Occupancy>,
+    map_from_grid: Isometry2<f64>,
+}
+
 /// The map that is right, if there is one.
-fn reference(args: &CompareArgs, posed: &Posed) -> Result<Option<Grid<Occupancy>>, Failure> {
-    let crisp = |grid: &FuzzyGrid| occupancy(grid, &CrispOptions::default());
+fn reference(args: &CompareArgs, posed: &Posed) -> Result<Option<Reference>, Failure> {
+    let crisp = |grid: &FuzzyGrid| occupancy(grid, &CrispOptions::for_map(grid));
     if let Some(path) = &args.reference {
-        return Ok(Some(crisp(&map_folder::read(path)?.1)));
+        let known = map_folder::read(path)?;
+        return Ok(Some(Reference { cells: crisp(&known.grid), map_from_grid: known.map_from_grid }));
     }
     let lasers = posed.scans.iter().any(|(_, scan)| scan.sensor().kind() == SensorKind::Laser);
     if args.posed.sensor != SensorChoice::Sonar || !lasers {
         return Ok(None);
     }
-    let map = fuse(posed, SensorChoice::Laser, &args.posed.options(CalculusChoice::Fuzzy.calculus()))?;
-    Ok(Some(crisp(&map.to_grid().map_err(|error| no_grid(&error))?)))
+    // As far as the laser sees, whatever the sonar is limited to.
+    let options = GridOptions { laser: LaserRay::default(), ..posed.options(CalculusChoice::Fuzzy.calculus()) };
+    let map = fuse(posed, SensorChoice::Laser, &options)?;
+    let cells = crisp(&map.to_grid().map_err(|error| no_grid(&error))?);
+    Ok(Some(Reference { cells, map_from_grid: Isometry2::identity() }))
 }
 
 fn reference_name(args: &CompareArgs, any: bool) -> String {
@@ -104,10 +115,10 @@ fn reference_name(args: &CompareArgs, any: bool) -> String {
 fn entrant(
     args: &CompareArgs,
     posed: &Posed,
-    reference: Option<&Grid<Occupancy>>,
+    reference: Option<&Reference>,
     calculus: CalculusChoice,
 ) -> Result<Entrant, Failure> {
-    let map = fuse(posed, args.posed.sensor, &args.posed.options(calculus.calculus()))?;
+    let map = fuse(posed, args.posed.sensor, &posed.options(calculus.calculus()))?;
     let rejected = |error: global_grid::GridError| no_grid(&error);
     let grid = map.to_grid().map_err(rejected)?;
     let probability = map.read(|tally| map.options().probability(tally)).map_err(rejected)?;
@@ -116,8 +127,9 @@ fn entrant(
     let known: Vec<f64> = conflicts.cells().iter().flatten().copied().collect();
     #[expect(clippy::cast_precision_loss, reason = "a count of cells")]
     let conflict = known.iter().sum::<f64>() / known.len().max(1) as f64;
-    let score =
-        reference.map(|reference| score(|point| *probability.at(point).unwrap_or(&0.5), reference, args.tolerance));
+    let score = reference.map(|Reference { cells, map_from_grid }| {
+        score(|point| *probability.at(map_from_grid * point).unwrap_or(&0.5), cells, args.tolerance)
+    });
     Ok(Entrant { calculus, map, grid, conflict, score })
 }
 
@@ -132,7 +144,7 @@ fn conflict(calculus: CalculusChoice, map: &GridMap, tally: global_grid::Tally) 
 
 fn as_json(entrant: &Entrant) -> Value {
     json!({
-        "calculus": entrant.calculus.name(), "cells": count_cells(&entrant.grid, &CrispOptions::default()),
+        "calculus": entrant.calculus.name(), "cells": count_cells(&entrant.grid, &CrispOptions::for_map(&entrant.grid)),
         "mean_conflict": entrant.conflict, "score": entrant.score, "cell_bytes": entrant.map.cell_bytes(),
     })
 }
@@ -149,7 +161,7 @@ fn table(entrants: &[Entrant], reference: &str) -> String {
             let _ = write!(text, "{:>17}", value(entrant));
         }
     };
-    let crisp = |entrant: &Entrant| count_cells(&entrant.grid, &CrispOptions::default());
+    let crisp = |entrant: &Entrant| count_cells(&entrant.grid, &CrispOptions::for_map(&entrant.grid));
     row("calculus", &|entrant| entrant.calculus.name().to_owned());
     row("occupied cells", &|entrant| crisp(entrant).occupied.to_string());
     row("empty cells", &|entrant| crisp(entrant).empty.to_string());

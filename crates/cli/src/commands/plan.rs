@@ -2,6 +2,7 @@ use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
+use global_grid::Exposure;
 use global_grid::plan::{PlanError, PlanOptions, plan};
 use nalgebra::Point2;
 use serde_json::json;
@@ -9,6 +10,7 @@ use serde_json::json;
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::map_folder::Known;
 use crate::{files, map_folder};
 
 /// A safe path over a gridmap, from a start to a goal
@@ -58,25 +60,29 @@ fn point(text: &str) -> Result<Point2<f64>, String> {
 
 /// Finds, draws and prints the path.
 pub(crate) fn run(args: &PlanArgs, context: &Context) -> Result<(), Failure> {
-    let (has_degrees, grid) = map_folder::read(&args.map)?;
+    let Known { has_degrees, grid, map_from_grid } = map_folder::read(&args.map)?;
     let options = PlanOptions {
         radius: args.radius,
         margin: args.margin,
         risk_weight: args.risk_weight,
         forbidden: args.forbidden,
         through_unexplored: args.through_unexplored,
+        exposure: Exposure::of(&grid),
         ..PlanOptions::default()
     };
-    let path = plan(&grid, args.from, args.to, &options).map_err(|error| failure(&error))?;
+    // A description may turn the image: the path is sought in the grid's own frame.
+    let [from, to] = [args.from, args.to].map(|end| map_from_grid.inverse() * end);
+    let path = plan(&grid, from, to, &options).map_err(|error| failure(&error))?;
     if let Some(out) = &args.out {
         let draw =
             |file: &mut dyn io::Write| global_grid::write_path(&grid, &path.points, file).map_err(io::Error::other);
         files::write(out, args.force, draw).map_err(|error| Failure::writing(out, &error))?;
     }
     if context.json {
+        let points: Vec<_> = path.points.iter().map(|point| map_from_grid * point).collect();
         return context.print_json(&json!({
             "schema": "topogrid/plan/1", "length_m": path.length, "cost_m": path.cost, "risk": path.risk,
-            "degrees": has_degrees, "points_m": path.points.iter().map(|point| [point.x, point.y]).collect::<Vec<_>>(),
+            "degrees": has_degrees, "points_m": points.iter().map(|point| [point.x, point.y]).collect::<Vec<_>>(),
         }));
     }
     let drawn = args.out.as_ref().map_or(String::new(), |out| format!("\n{}", out.display()));

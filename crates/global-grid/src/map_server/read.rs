@@ -94,7 +94,7 @@ fn whole(value: f64) -> i8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map_server::{write_pgm, write_yaml};
+    use crate::map_server::{write_pgm, write_raw, write_scale, write_yaml};
 
     /// A map that looks different from every side.
     fn asymmetric() -> Grid<Occupancy> {
@@ -140,6 +140,28 @@ mod tests {
         let turned = read(|map| map.origin = [1.0, 2.0, std::f64::consts::FRAC_PI_2]);
         let corner = turned.map_from_grid * turned.cells.frame().center(0, 4);
         approx::assert_relative_eq!(corner, Point2::new(0.975, 2.225), epsilon = 1e-12);
+    }
+
+    #[test]
+    fn degrees_survive_the_modes_that_keep_them() {
+        let frame = GridFrame::new(Point2::new(-1.25, 3.5), 0.05, 11, 10).unwrap();
+        let mut grid = Grid::new(frame);
+        for (percent, cell) in (0u8..=100).zip(grid.cells_mut()) {
+            *cell = Some(f32::from(percent) / 100.0);
+        }
+        let metadata = |mode| MapMetadata { mode, ..MapMetadata::new("map", &frame) };
+        let (mut raw, mut scale) = (Vec::new(), Vec::new());
+        write_raw(&grid, &mut raw).unwrap();
+        let read = read_image(&metadata(Mode::Raw), raw.as_slice()).unwrap();
+        write_scale(&grid, &mut scale).unwrap();
+        let scaled = read_image(&metadata(Mode::Scale), scale.as_slice()).unwrap();
+        for percent in 0..=100i8 {
+            let at = usize::try_from(percent).unwrap();
+            assert_eq!(read.cells.cells()[at], percent);
+            let between = ((f64::from(percent) / 100.0 - 0.196) / (0.65 - 0.196) * 100.0).clamp(0.0, 100.0);
+            assert!((f64::from(scaled.cells.cells()[at]) - between).abs() <= 1.0, "{percent}");
+        }
+        assert!(read.cells.cells()[101..].iter().chain(&scaled.cells.cells()[101..]).all(|&cell| cell == -1));
     }
 
     #[test]

@@ -3,6 +3,7 @@ use std::io::Write;
 use local_grid::{Fuzzy, FuzzyGrid, GridFrame};
 
 use super::{PictureError, Rgb, color_of};
+use crate::Exposure;
 
 /// Steps of a degree in an indexed picture: half a byte holds one.
 const STEPS: u8 = 16;
@@ -16,7 +17,7 @@ const STEPS: u8 = 16;
 ///
 /// As [`write_picture`](super::write_picture).
 pub fn write_indexed(grid: &FuzzyGrid, out: impl Write) -> Result<(), PictureError> {
-    write_pixels(grid.frame(), &palette(), grid.cells().iter().map(|&cell| index(cell)), out)
+    write_pixels(grid.frame(), &palette(Exposure::of(grid)), grid.cells().iter().map(|&cell| index(cell)), out)
 }
 
 /// One pixel per cell, highest row first; `indices` into the palette are given in the order of the cells.
@@ -44,10 +45,11 @@ fn index(cell: Fuzzy) -> u8 {
     STEPS * step(cell.empty) + step(cell.occupied)
 }
 
-fn palette() -> Vec<Rgb> {
+fn palette(exposure: Exposure) -> Vec<Rgb> {
     let degree = |step: u8| f32::from(step) / f32::from(STEPS - 1);
-    let color =
-        |index: u8| -> Rgb { color_of(Fuzzy { empty: degree(index / STEPS), occupied: degree(index % STEPS) }) };
+    let color = |index: u8| -> Rgb {
+        color_of(exposure, Fuzzy { empty: degree(index / STEPS), occupied: degree(index % STEPS) })
+    };
     (0..=u8::MAX).map(color).collect()
 }
 

@@ -70,6 +70,7 @@ pub(super) fn worst(grid: &FuzzyGrid, (row, column): (usize, usize), options: &P
             let found = match cell.and_then(|(row, column)| grid.get(row, column)) {
                 None => (unexplored_unsafety(options), Reason::Unexplored),
                 Some(&cell) => {
+                    let cell = options.exposure.of_cell(cell);
                     let sets = derive(cell, options.norm);
                     let reason = if sets.indeterminate > 0.5 {
                         Reason::Unexplored

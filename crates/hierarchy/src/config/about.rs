@@ -1,9 +1,14 @@
 use super::Config;
 
 /// What each key of the configuration means, for people who meet it in a file.
-const ABOUT: [(&str, &str); 14] = [
+const ABOUT: [(&str, &str); 15] = [
     ("grid.range_max_m", "Farthest reading that is drawn, in metres; 0 leaves it to the sensor's model."),
     ("grid.resolution_m", "Metres per cell of the gridmap."),
+    (
+        "grid.sonar",
+        "By which model sonar readings are drawn: \"oriolo\" (the paper's short-sighted cone), \"shared\" (each echo shared \
+         out by what all readings say) or \"murphy\".",
+    ),
     ("heading.compass_correlation_m", "Distance over which the disturbance of a compass stays the same, in metres."),
     (
         "heading.compass_disturbance_deg",

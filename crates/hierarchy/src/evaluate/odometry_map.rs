@@ -1,5 +1,5 @@
-use global_grid::{GridError, GridMap, GridOptions, SonarModel};
-use local_grid::{FuzzyGrid, SonarCone};
+use global_grid::{GridError, GridMap};
+use local_grid::FuzzyGrid;
 
 use crate::mapper::Mapper;
 
@@ -11,11 +11,7 @@ use crate::mapper::Mapper;
 ///
 /// Nothing was sensed, or the path runs farther than a dense grid can reach.
 pub fn odometry_map(mapper: &Mapper) -> Result<FuzzyGrid, GridError> {
-    let mut grid = GridMap::new(GridOptions {
-        resolution: mapper.config().grid.resolution_m,
-        sonar: SonarModel::Cone(SonarCone::default()),
-        ..GridOptions::default()
-    })?;
+    let mut grid = GridMap::new(mapper.config().grid.options())?;
     for (key, sample) in (0..).zip(mapper.trajectory().samples()) {
         grid.insert(key, &sample.odom_from_robot, &sample.scan)?;
     }

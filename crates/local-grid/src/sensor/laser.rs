@@ -46,8 +46,7 @@ impl SensorModel for LaserRay {
             let range = self.no_echo_range?.min(sensor.max_range()).min(self.max_range);
             return Some(Sounding { range, echo: false });
         }
-        let near = heard.range <= self.max_range;
-        Some(if near { heard } else { Sounding { range: self.max_range, echo: false } })
+        Some(heard.within(self.max_range))
     }
 
     fn footprint(&self, sounding: Sounding) -> Footprint {

@@ -24,11 +24,19 @@ pub struct SonarRegions {
     pub tolerance: f64,
     /// The most that a reading may claim for occupancy, in `[0, 1]`.
     pub max_occupied: f64,
+    /// Echoes from beyond are drawn as empty up to here, in metres; infinite for no limit.
+    pub max_range: f64,
 }
 
 impl Default for SonarRegions {
     fn default() -> Self {
-        Self { range_scale: 3.5, half_width: 12.5f64.to_radians(), tolerance: 0.15, max_occupied: 0.98 }
+        Self {
+            range_scale: 3.5,
+            half_width: 12.5f64.to_radians(),
+            tolerance: 0.15,
+            max_occupied: 0.98,
+            max_range: f64::INFINITY,
+        }
     }
 }
 
@@ -43,7 +51,8 @@ impl SonarRegions {
         check("range_scale", self.range_scale, 1e-6..=1e6, "a length in metres above 0")?;
         check("half_width", self.half_width, 1e-6..=std::f64::consts::PI, "in (0, π] radians")?;
         check("tolerance", self.tolerance, 1e-6..=1e3, "a length in metres above 0")?;
-        check("max_occupied", self.max_occupied, 0.0..=1.0, "in [0, 1]")
+        check("max_occupied", self.max_occupied, 0.0..=1.0, "in [0, 1]")?;
+        check("max_range", self.max_range, 1e-6..=f64::INFINITY, "a length in metres above 0")
     }
 
     /// `g`: the weight of a point, in `[0, 1]`.
@@ -56,7 +65,7 @@ impl SonarRegions {
 
 impl SensorModel for SonarRegions {
     fn sounding(&self, sensor: &RangeSensor, reading: Reading) -> Option<Sounding> {
-        sounding_up_to(sensor.max_range(), reading)
+        sounding_up_to(sensor.max_range(), reading).map(|heard| heard.within(self.max_range))
     }
 
     fn footprint(&self, sounding: Sounding) -> Footprint {
@@ -80,7 +89,7 @@ mod tests {
     use super::*;
 
     fn book() -> SonarRegions {
-        SonarRegions { range_scale: 10.0, half_width: 15f64.to_radians(), tolerance: 0.5, max_occupied: 0.98 }
+        SonarRegions { range_scale: 10.0, half_width: 15f64.to_radians(), tolerance: 0.5, ..SonarRegions::default() }
     }
 
     fn at(distance: f64, degrees: f64) -> Evidence {

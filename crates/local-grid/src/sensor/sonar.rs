@@ -54,6 +54,8 @@ pub struct SonarCone {
     pub half_width: f64,
     /// How trust falls off from the axis.
     pub profile: AngularProfile,
+    /// Echoes from beyond are drawn as empty up to here, in metres; infinite for no limit.
+    pub max_range: f64,
     /// Whether, and how far in metres, silence means emptiness; `None` drops readings without echo.
     pub no_echo_range: Option<f64>,
 }
@@ -68,6 +70,7 @@ impl Default for SonarCone {
             visibility_slope: 2.0,
             half_width: 12.5f64.to_radians(),
             profile: AngularProfile::PistonPower { ka: 17.38 },
+            max_range: f64::INFINITY,
             no_echo_range: Some(f64::INFINITY), // the sensor's maximum range is nearer
         }
     }
@@ -99,6 +102,7 @@ impl SonarCone {
         check("visibility", self.visibility, 0.0..=1e6, "a length in metres, not negative")?;
         check("visibility_slope", self.visibility_slope, 1e-6..=1e6, "above 0")?;
         check("half_width", self.half_width, 1e-6..=std::f64::consts::PI, "in (0, π] radians")?;
+        check("max_range", self.max_range, 1e-6..=f64::INFINITY, "a length in metres above 0")?;
         check("no_echo_range", self.no_echo_range.unwrap_or(0.0), 0.0..=f64::INFINITY, "not negative")?;
         match self.profile {
             AngularProfile::PistonPower { ka } | AngularProfile::PistonPressure { ka } => {
@@ -161,10 +165,10 @@ impl SonarCone {
 impl SensorModel for SonarCone {
     fn sounding(&self, sensor: &RangeSensor, reading: Reading) -> Option<Sounding> {
         if reading == Reading::NoEcho {
-            let range = self.no_echo_range?.min(sensor.max_range());
+            let range = self.no_echo_range?.min(sensor.max_range()).min(self.max_range);
             return Some(Sounding { range, echo: false });
         }
-        sounding_up_to(sensor.max_range(), reading)
+        sounding_up_to(sensor.max_range(), reading).map(|heard| heard.within(self.max_range))
     }
 
     fn footprint(&self, sounding: Sounding) -> Footprint {

@@ -6,7 +6,6 @@ use local_grid::FuzzyGrid;
 use serde_json::{Value, json};
 
 use crate::context::Context;
-use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::report::{Counts, Side, comparison};
 use crate::{files, map_folder};
@@ -18,17 +17,13 @@ struct Run {
     metrics: Option<Metrics>,
 }
 
-/// Whether all that is named are folders: then they are runs, not logs.
+/// Whether several folders are named: then they are runs to be held against each other, not the files of a log.
 pub(super) fn are_runs(paths: &[PathBuf]) -> bool {
-    !paths.is_empty() && paths.iter().all(|path| path.is_dir())
+    paths.len() > 1 && paths.iter().all(|path| path.is_dir())
 }
 
 /// Draws the page that shows the runs' maps upon each other, and says what changed from the first to each of the others.
 pub(super) fn compare(paths: &[PathBuf], out: Option<&Path>, force: bool, context: &Context) -> Result<(), Failure> {
-    if paths.len() < 2 {
-        let message = "one run is nothing to compare";
-        return Err(Failure::new(Exit::Usage, "compare.runs", message).help("name two runs or more"));
-    }
     let runs: Vec<Run> = paths.iter().map(|path| Run::read(path)).collect::<Result<_, Failure>>()?;
     let sides: Vec<Side<'_>> = runs.iter().map(Run::side).collect();
     let (page, counts) = comparison(&sides)?;
@@ -55,7 +50,7 @@ impl Run {
     }
 
     fn read(path: &Path) -> Result<Self, Failure> {
-        let (_, gridmap) = map_folder::read(path)?;
+        let gridmap = map_folder::read(path)?.grid;
         let metrics = std::fs::read(path.join("metrics.json")).ok();
         let name = path.canonicalize().ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
         Ok(Self {

@@ -47,7 +47,7 @@ impl Subject {
     /// The map that the run's scans make along its raw odometry; `None` where that cannot be drawn.
     pub(super) fn odometry_map(&self) -> Option<PlacedMap> {
         let grid = odometry_map(self.run.as_ref()?).ok()?;
-        Some((occupancy(&grid, &CrispOptions::default()), Isometry2::identity()))
+        Some((occupancy(&grid, &CrispOptions::for_map(&grid)), Isometry2::identity()))
     }
 }
 
