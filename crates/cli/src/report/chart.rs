@@ -1,6 +1,6 @@
 use std::fmt::Write;
 
-use hierarchy::Growth;
+use hierarchy::{Growth, Regrown};
 
 /// Size of the chart and of what stands around the plot, in its own units; the page's script reads the plot's box from it.
 const WIDTH: f64 = 1000.0;
@@ -14,7 +14,9 @@ const BOTTOM: f64 = 28.0;
 ///
 /// The axis is `log₁₀(1 + E)`: an energy begins at 0, and a loop closed late can lift it by orders of magnitude.
 pub(super) fn energy(growth: &Growth, n_links: usize) -> String {
-    let top = growth.relaxations.iter().map(|step| step.energy_before.max(step.energy_after)).fold(10.0, f64::max);
+    #[expect(clippy::cast_precision_loss, reason = "loops are few")]
+    let highest = |step: &Regrown| step.energy_before.max(step.energy_after).max(step.degrees_of_freedom as f64);
+    let top = growth.relaxations.iter().map(highest).fold(10.0, f64::max);
     let plot = Plot { links: n_links.max(1), top: level(top) };
     let mut svg = format!(
         r#"<svg id="energy" class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" data-left="{LEFT}" data-right="{}" role="img" aria-label="Energy over time">"#,
@@ -86,7 +88,6 @@ fn level(energy: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hierarchy::Regrown;
 
     #[test]
     fn higher_energies_stand_higher_and_later_links_farther_right() {

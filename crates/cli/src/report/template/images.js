@@ -43,13 +43,15 @@ const source = {
   bayes: bytes(D.grid.bayes),
   shafer: bytes(D.grid.dempster_shafer),
 };
-const UNEXPLORED = 0.85; // how much of its colour what is unexplored gets
+// How much of its colour what is unexplored gets. The degree is squared ("very" unexplored), or a floor that was seen once would
+// look as if nobody had been there.
+const UNEXPLORED = 0.85;
 let image = {};
 async function paintImages() {
   const [fuzzy, bayes, shafer, contradictory, unexplored] = await Promise.all([
     recolored(source.fuzzy, cells()), recolored(source.bayes, cells()), recolored(source.shafer, cells()),
     recolored(source.fuzzy, overlay("contradictory", (e, o) => e * o)),
-    recolored(source.fuzzy, overlay("unexplored", (e, o) => UNEXPLORED * (1 - e) * (1 - o))),
+    recolored(source.fuzzy, overlay("unexplored", (e, o) => UNEXPLORED * ((1 - e) * (1 - o)) ** 2)),
   ]);
   image = { fuzzy, bayes, shafer, contradictory, unexplored };
 }

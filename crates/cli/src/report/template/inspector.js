@@ -96,7 +96,7 @@ function fillInspector() {
   const side = S.size * CELL + 8 + HISTOGRAM, facts = [
     ["Position", `${fixed(place.x[i])}, ${fixed(place.y[i])} m`], ["σ", `${fixed(place.a[i], 3)} × ${fixed(place.b[i], 3)} m`],
     ["Moved by relaxation", `${fixed(Math.hypot(place.x[i] - place.x0[i], place.y[i] - place.y0[i]))} m`],
-    ["Visits", P.visits[i]], ["Region", region ? escapeText(region.name) : "none"], ["Readings", `${seen.all} echoes in ${seen.scans} scans`],
+    ["Visits", P.visits[i]], ["Region", region ? escapeText(region.name) : "none"], ["Readings", `${seen.all} echoes in ${seen.scans} ${seen.scans === 1 ? "scan" : "scans"}`],
   ];
   panel.innerHTML = `<h2>${nameOf(i)} <small>${kind}</small></h2>${choose}<div class="sheet"><div>${tile < 0 ? "<p class=\"lead\">Nobody has been here, so there is no local grid.</p>" : `
     <canvas width="${side}" height="${side}" role="img" aria-label="Local grid of place ${i} with row and column histograms"></canvas>
