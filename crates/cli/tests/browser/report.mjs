@@ -184,12 +184,19 @@ async function large(open, shoot, file, artefacts) {
   scans.place = scans.place.slice(0, 1);
   data.signatures.tile = repeated(data.signatures.tile);
   Object.assign(growth, { x: places.x, y: places.y, links: [links.from.length], places: [places.x.length], before: [1], after: [1], expected: [1], of: 1, offsets: Buffer.alloc(4 * places.x.length).toString("base64") });
+  // A map that a robot explored has places that nobody has been to yet, and places that turned out to be none.
+  places.state = places.state.replace(/./g, (state, i) => (i % 9 === 4 ? "p" : i % 9 === 7 ? "r" : state));
   const path = join(artefacts, "large.html");
   writeFileSync(path, html.slice(0, from) + JSON.stringify(data) + html.slice(to));
 
   const page = await open(pathToFileURL(path).href);
   await ready(page);
   await shoot(page, "report-large");
+  const predicted = page.locator("#layers input[value=predicted]"), without = await picture(page);
+  await predicted.click();
+  check("predicted and refuted places change the map", await picture(page) !== without);
+  await shoot(page, "report-predicted");
+  await predicted.click();
   const frames = await page.evaluate(async () => {
     const times = [];
     let last = performance.now();
