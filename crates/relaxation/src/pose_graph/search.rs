@@ -51,10 +51,12 @@ pub fn relax_poses(graph: &PoseGraph, options: &PoseOptions) -> Result<RelaxedPo
     let mut system = system(graph);
     let start = chordal_start(graph, &system)?;
     let first = Descent::new(&mut system).run(start, options)?;
-    if first.chi2_start <= CLEAR * first.chi2 {
+    // Dead reckoning is hardly ever better than a minimum; where it is, false springs have pulled the headings aside.
+    let reckoned = Some(graph.odometry()).filter(|poses| graph.chi2(poses) < first.chi2);
+    if first.chi2_start <= CLEAR * first.chi2 && reckoned.is_none() {
         return Ok(first);
     }
-    search(graph, &mut system, first, options)
+    search(graph, &mut system, first, reckoned, options)
 }
 
 /// How the landscape is changed for one descent.
@@ -76,14 +78,16 @@ fn search(
     graph: &PoseGraph,
     system: &mut System,
     first: RelaxedPoses,
+    reckoned: Option<Vec<Pose>>,
     options: &PoseOptions,
 ) -> Result<RelaxedPoses, PoseGraphError> {
     let alone = first.chi2;
     let mut best = first;
     let mut descents = 1;
-    let start = joint_start(graph, system)?;
-    explore(system, start, &mut best, options)?;
-    descents += 1;
+    for start in reckoned.into_iter().chain([joint_start(graph, system)?]) {
+        explore(system, start, &mut best, options)?;
+        descents += 1;
+    }
     for _ in 0..ROUNDS {
         let before = best.chi2;
         for shakes in SHAKES {

@@ -310,3 +310,20 @@ fn where_one_start_fails_the_search_goes_lower() {
     }
     assert!(helped > 0, "every first start was the best one: these graphs are too easy to test anything");
 }
+
+#[test]
+fn no_minimum_is_accepted_that_dead_reckoning_is_below() {
+    // A square with a spring that claims two opposite corners to be one place: the headings' start is led astray.
+    let spring = |from, to, x, heading: f64| PoseSpring {
+        from,
+        to,
+        from_to: Pose::new(x, 0.0, heading),
+        information: Matrix3::from_diagonal(&Vector3::new(100.0, 100.0, 400.0)),
+    };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let sides = [spring(0, 1, 1.0, quarter), spring(1, 2, 1.0, quarter), spring(2, 3, 1.0, quarter)];
+    let closures = [spring(3, 0, 1.2, quarter), spring(0, 2, 0.0, 0.0)];
+    let graph = PoseGraph::new(4, &[&sides[..], &closures].concat()).unwrap();
+    let relaxed = relax_poses(&graph, &PoseOptions::default()).unwrap();
+    assert!(relaxed.converged && relaxed.chi2 < graph.chi2(&graph.odometry()), "{}", relaxed.chi2);
+}
