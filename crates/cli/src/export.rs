@@ -2,6 +2,7 @@
 
 mod dot;
 mod geojson;
+mod mcap;
 mod nav2_route;
 mod places_csv;
 mod tmap2;
@@ -35,6 +36,8 @@ pub(crate) enum Format {
     Csv,
     /// The robot's path
     Tum,
+    /// The path, the odometry and the places as messages that Foxglove draws
+    Mcap,
 }
 
 /// What is exported, and how.
@@ -64,6 +67,7 @@ impl Format {
             "svg" => Some(Self::Svg),
             "csv" => Some(Self::Csv),
             "tum" => Some(Self::Tum),
+            "mcap" => Some(Self::Mcap),
             "tmap2" | "yaml" => Some(Self::Tmap2),
             _ => None,
         }
@@ -80,6 +84,7 @@ impl Format {
             Self::Svg => out.write_all(topology::before_and_after(source.atlas).as_bytes()),
             Self::Csv => places_csv::write(out, source.atlas),
             Self::Tum => write_tum(out, source.mapper),
+            Self::Mcap => mcap::write(out, source),
         }
     }
 }

@@ -47,3 +47,15 @@ fn edits_that_do_not_fit_change_nothing() {
     std::fs::write(run.join("edits.toml"), "[[edit]]\ndo = \"nmae\"\n").unwrap();
     topogrid().arg("explain").arg(&run).assert().code(3).stderr(contains("edits.toml"));
 }
+
+#[test]
+fn edits_go_along_when_a_run_is_extended() {
+    let (folder, run) = demo::copy();
+    topogrid().arg("edit").arg(&run).args(["--no-redraw", "name", "P12", "kitchen"]).assert().success();
+    let (log, longer) = (folder.path().join("rest.log"), folder.path().join("longer"));
+    std::fs::write(&log, "ODOM 0 0 0 0 0 0 99999.0 h 99999.0\nODOM 0.5 0 0 0 0 0 99999.5 h 99999.5\n").unwrap();
+    topogrid().arg("resume").arg(&run).arg(&log).arg("-o").arg(&longer).assert().success();
+    assert!(std::fs::read_to_string(longer.join("nav2_route.geojson")).unwrap().contains("\"name\":\"kitchen\""));
+    let list = demo::text(&["edit", longer.to_str().unwrap(), "list"]);
+    assert_eq!(list, "  1  name P12 `kitchen`\n");
+}

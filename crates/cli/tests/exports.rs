@@ -79,6 +79,21 @@ fn networkx_finds_a_connected_graph() {
 }
 
 #[test]
+fn mcap_readers_find_the_path_and_the_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["one.mcap", "two.mcap"].map(|name| folder.path().join(name));
+    for file in &files {
+        topogrid().arg("export").arg(demo::run()).arg(file).assert().success();
+    }
+    assert!(std::fs::read(&files[0]).unwrap() == std::fs::read(&files[1]).unwrap(), "the same run, the same bytes");
+    let Some(seen) = read("mcap", &files[0]) else { return };
+    let metrics = demo::metrics(demo::run());
+    assert_eq!(seen["places"], metrics["places"]);
+    assert_eq!(seen["counts"]["/trajectory"], metrics["log"]["scans"]);
+    assert_eq!(seen["counts"]["/odometry"], metrics["log"]["scans"]);
+}
+
+#[test]
 fn a_map_server_keeps_unknown_cells_unknown() {
     let Some(seen) = read("map_server", &demo::run().join("map.yaml")) else { return };
     let grid = &demo::metrics(demo::run())["grid"];

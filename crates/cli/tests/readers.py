@@ -150,5 +150,21 @@ def map_server(path):
     return {"rows": rows, "columns": columns, **cells}
 
 
+def mcap(path):
+    try:
+        from mcap.reader import make_reader
+    except ImportError:
+        missing("mcap")
+    counts, last = {}, {}
+    with open(path, "rb") as file:
+        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
+            assert channel.message_encoding == "json" and json.loads(schema.data)["title"] == schema.name
+            counts[channel.topic] = counts.get(channel.topic, 0) + 1
+            last[channel.topic] = json.loads(message.data)
+    at = last["/trajectory"]["pose"]["position"]
+    scene = last["/places"]["entities"][0]
+    return {"counts": counts, "end": [at["x"], at["y"]], "places": len(scene["spheres"])}
+
+
 if __name__ == "__main__":
     print(json.dumps(globals()[sys.argv[1]](*sys.argv[2:])))

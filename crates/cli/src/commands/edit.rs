@@ -175,7 +175,9 @@ impl What {
             Self::Pin { place: text, at, sigma } => Edit::Pin { place: place(text)?.0, at_m: *at, sigma_m: *sigma },
             Self::Merge { place: text, into } => {
                 let (place, into) = (place(text)?, place(into)?);
+                // Whatever the views leave open: one place is less than half a metre from itself.
                 let by = measured(mapper, place, into)?;
+                let by = Measured { sigma_m: by.sigma_m.min(SAME_PLACE), ..by };
                 Edit::Merge { place: place.0, into: into.0, by }
             }
             Self::Name { place: text, name } => Edit::Name { place: place(text)?.0, name: name.clone() },
@@ -183,6 +185,9 @@ impl What {
         })
     }
 }
+
+/// How far apart two visits to one place may be, as a standard deviation in metres.
+const SAME_PLACE: f64 = 0.25;
 
 fn measured(mapper: &Mapper, from: PlaceId, to: PlaceId) -> Result<Measured, Failure> {
     measure(mapper, from, to).ok_or_else(|| {

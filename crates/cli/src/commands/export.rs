@@ -79,7 +79,7 @@ fn outs(args: &ExportArgs) -> Result<Vec<(PathBuf, Format)>, Failure> {
         args.to.or_else(|| Format::of(path)).map(|format| (path.to_owned(), format)).ok_or_else(|| {
             let message = format!("the name {} does not tell the format", path.display());
             Failure::new(Exit::Usage, "export.format", message)
-                .help("--to nav2-route, tmap2, g2o, geojson, dot, svg, csv or tum")
+                .help("--to nav2-route, tmap2, g2o, geojson, dot, svg, csv, tum or mcap")
         })
     };
     outs.into_iter().map(format).collect()
