@@ -177,11 +177,11 @@ impl Mapper {
     /// An entry that is not finite or not in order. The map is then as it was before.
     pub fn push(&mut self, entry: &Entry) -> Result<Vec<Event>, MapperError> {
         self.tally.check(entry)?;
-        self.tally.count(entry);
         let mut events = Vec::new();
         for due in self.eyes.admit(entry) {
             events.extend(self.take_in(&due)?);
         }
+        self.tally.count(entry);
         Ok(events)
     }
 
