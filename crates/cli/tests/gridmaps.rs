@@ -133,7 +133,7 @@ fn what_cannot_be_drawn_leaves_nothing_behind() {
         (["--resolution", "1e-9"], "resolution must be between"),
         (["--resolution", "1e9"], "resolution must be between"),
         (["--resolution", "0.0001"], "use larger cells, or limit the sensor's range"),
-        (["--range-max", "-1"], "above 0"),
+        (["--range-max", "0"], "above 0"),
         (["--crop", "1,2,0,3"], "west below east"),
         (["--crop", "0,0,1e300,1"], "the box must reach"),
         (["--poses", "nowhere.tum"], "nowhere.tum"),
