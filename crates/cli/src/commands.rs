@@ -18,6 +18,7 @@ pub(crate) mod plan;
 pub(crate) mod regions;
 pub(crate) mod relax;
 pub(crate) mod report;
+pub(crate) mod reproduce;
 pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod simulate;
@@ -39,6 +40,7 @@ pub(crate) enum Command {
     Edit(edit::EditArgs),
     Export(export::ExportArgs),
     Simulate(simulate::SimulateArgs),
+    Reproduce(reproduce::ReproduceArgs),
     Regions(regions::RegionsArgs),
     Report(report::ReportArgs),
     Config(config::ConfigArgs),
@@ -64,6 +66,7 @@ impl Command {
             Self::Edit(args) => edit::run(args, context),
             Self::Export(args) => export::run(args, context),
             Self::Simulate(args) => simulate::run(args, context),
+            Self::Reproduce(args) => reproduce::run(args, context),
             Self::Regions(args) => regions::run(args, context),
             Self::Report(args) => report::run(args, context),
             Self::Config(args) => config::run(args, context),

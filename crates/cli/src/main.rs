@@ -6,6 +6,7 @@ mod commands;
 mod context;
 mod edits;
 mod exit;
+mod expedition;
 mod export;
 mod failure;
 mod files;

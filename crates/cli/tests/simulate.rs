@@ -86,3 +86,23 @@ fn a_room_is_explored_to_the_end() {
     assert!(explored["coverage"].as_f64().unwrap() > 0.9, "{report}");
     topogrid().arg("inspect").arg(&out).assert().code(0).stdout(contains("healthy"));
 }
+
+#[test]
+fn the_experiment_is_reproduced_with_its_tables_and_figures() {
+    let (folder, world) = room();
+    let out = folder.path().join("reproduced");
+    let reproduce = || {
+        let mut command = topogrid();
+        command.arg("reproduce").arg("--world").arg(&world).arg("-o").arg(&out);
+        command
+    };
+    reproduce()
+        .assert()
+        .success()
+        .stdout(contains("| places | 137 |").and(contains("| runs that end by themselves | | 1 of 1 |")));
+    let text = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    assert!(text("reproduce.md").contains("topogrid reproduce --world"));
+    assert!(text("fig3-environment.svg").starts_with("<svg") && text("fig4-topology.svg").contains("class=\"place\""));
+    assert!(std::fs::read(out.join("fig5-gridmap.png")).unwrap().starts_with(b"\x89PNG"));
+    reproduce().assert().code(2).stderr(contains("--force")); // nothing is overwritten unasked
+}

@@ -1,5 +1,5 @@
 use nalgebra::{Isometry2, Point2};
-use topo_map::{Displacement, PlaceId, TopoMap};
+use topo_map::{Displacement, PlaceId, PlaceState, TopoMap};
 
 use crate::directions::HeldHeading;
 use crate::problem::{Problem, RelaxationError};
@@ -118,6 +118,32 @@ impl Coordinates {
         let before = self.padded(map);
         let after = problem.relaxed(&before)?;
         Ok(self.accept(&problem, &before, &after, 0))
+    }
+
+    /// Takes over the positions of visited places, by their index, and puts all others where the map expects them: a
+    /// predicted place as seen from the place that saw it, a merged one within the place that it is.
+    pub(crate) fn settle<S>(&mut self, map: &TopoMap<S>, positions: &[Point2<f64>]) {
+        self.map_from_place.resize(map.places().len(), Isometry2::identity());
+        for (pose, place) in self.map_from_place.iter_mut().zip(map.places()) {
+            if let Some(at) = positions.get(place.id.index()).filter(|_| place.is_visited()) {
+                pose.translation.vector = at.coords;
+            }
+        }
+        for place in map.places() {
+            let expected = match place.state {
+                PlaceState::Predicted { seen_from, .. } => {
+                    let from = map.resolve(seen_from);
+                    let link = map.links_between(from, place.id).next();
+                    link.map(|link| (from, link.displacement_from(from).vector))
+                }
+                PlaceState::Merged { into, offset } => Some((into, offset)),
+                PlaceState::Visited { .. } | PlaceState::Refuted => None,
+            };
+            if let Some((from, offset)) = expected {
+                let at = self.map_from_place(from).translation.vector + offset;
+                self.map_from_place[place.id.index()].translation.vector = at;
+            }
+        }
     }
 
     /// One pose for each place of the map.

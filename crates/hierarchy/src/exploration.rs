@@ -1,18 +1,22 @@
+mod optimum;
+mod same;
+
 use std::sync::Arc;
 
-use local_grid::{
-    AlignOptions, FrameError, Fuzzy, Heading, Scan, Signature, SignatureOptions, SonarCone, WorkingGrid,
-    WorkingGridOptions, align,
-};
-use nalgebra::{Isometry2, Point2, UnitComplex, Vector2};
-use relaxation::{NetworkError, SolveError};
+use local_grid::{Heading, Scan, Signature};
+use nalgebra::{Isometry2, Matrix2, Point2, Vector2};
+use relaxation::NetworkError;
 use robot_log::{Entry, EntryKind};
 use topo_map::{
-    Change, Command, ExploreError, Explorer, ExplorerOptions, Identity, NearbyOptions, Observation, PlaceId,
-    PlaceLikelihood, Supposed, TopoMap, identify_nearby,
+    Change, Command, ExploreError, Explorer, ExplorerOptions, Firing, Identity, Link, LinkId, LinkOrigin, LinkState,
+    Observation, PlaceId, PlaceState,
 };
 
-use crate::problem::network;
+use crate::config::Config;
+use crate::mapper::{Mapper, MapperError};
+use crate::recognize::Verdict;
+use optimum::Optimum;
+use same::Known;
 
 /// What an exploring robot should do next. Headings are those of its compass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,74 +59,64 @@ pub enum ExplorationError {
     /// The explorer cannot go on.
     #[error(transparent)]
     Explore(#[from] ExploreError),
-    /// The robot believes to be where no grid can be.
-    #[error("the robot's pose is out of range")]
-    Frame(#[from] FrameError),
+    /// The levels below cannot take in what the robot recorded.
+    #[error(transparent)]
+    Mapper(#[from] MapperError),
     /// The links of the map are no network.
     #[error("the map cannot be relaxed")]
     Network(#[from] NetworkError),
-    /// The network cannot be solved.
-    #[error("the map cannot be relaxed")]
-    Solve(#[from] SolveError),
 }
 
 /// Explores a building by a robot that somebody else moves: takes what the robot records, says what it should do next.
 ///
-/// It joins the levels that exploring needs while it goes on: dead reckoning by compass and odometry, the local grid and
-/// its signatures, the explorer with its topological map, and the relaxed coordinates by which the explorer sees that two
-/// predictions mean one place. A real robot and a simulated one are driven alike; what they record is a log that
-/// [`Mapper`](crate::Mapper) turns into the whole hierarchy, on line or later.
+/// It joins the explorer with all levels of the hierarchy, over one topological map: the explorer adds predicted places
+/// and measured links, dead reckoning and the local grid tell where the robot is, recognition closes loops, relaxation
+/// keeps the coordinates at their optimum, and by these the explorer sees that two predictions mean one place. Every
+/// change reaches all levels at once, and each does only what the change needs: a link that was measured again is one
+/// spring exchanged in an incremental network, a view is drawn from the scans of the last metre.
+///
+/// A real robot and a simulated one are driven alike. The robot needs a compass, or a heading as good: the map's axes are
+/// those of its headings.
 #[derive(Debug)]
 pub struct Exploration {
+    mapper: Mapper,
     explorer: Explorer,
-    map: TopoMap<Arc<Signature>>,
-    positions: Vec<Point2<f64>>,
-    window: WorkingGrid<Fuzzy>,
-    track: Track,
-    scans: Vec<(Isometry2<f64>, Scan)>,
+    optimum: Optimum,
+    /// So many scans have been told to the explorer.
+    told: usize,
+    /// What the sensors are fired for.
+    firing: Firing,
+    /// The scans of the survey under way.
+    survey: Vec<usize>,
+    /// The scans that were taken to describe a place, by their index in the trajectory.
+    descriptions: Vec<usize>,
     last: Option<Known>,
+    bearing: Bearing,
     changes: Vec<Change>,
 }
 
-/// Where the robot last knew to be.
-#[derive(Debug, Clone, Copy)]
-struct Known {
-    place: PlaceId,
-    /// The place's centre in the track frame.
-    center: Point2<f64>,
-    /// Metres driven by then.
-    driven: f64,
-}
-
-/// Dead reckoning: the odometry's steps, turned to where the compass points.
+/// By how much the headings that the robot goes by differ from those of the track frame, in radians.
+///
+/// A robot turns until its own needle points where it was told; the track frame fuses the needle with the odometry.
 #[derive(Debug, Default)]
-struct Track {
-    track_from_robot: Isometry2<f64>,
-    odom_from_robot: Option<Isometry2<f64>>,
-    has_compass: bool,
-    driven: f64,
+struct Bearing {
+    offset: Option<f64>,
 }
 
-impl Track {
-    fn odometry(&mut self, odom_from_robot: Isometry2<f64>) {
-        if let Some(before) = self.odom_from_robot {
-            let step = before.inv_mul(&odom_from_robot);
-            self.driven += step.translation.vector.norm();
-            let turn = if self.has_compass { UnitComplex::identity() } else { step.rotation };
-            self.track_from_robot *= Isometry2::from_parts(step.translation, turn);
-        } else if !self.has_compass {
-            self.track_from_robot.rotation = odom_from_robot.rotation;
-        }
-        self.odom_from_robot = Some(odom_from_robot);
+/// 95 % of the χ² distribution with two degrees of freedom.
+const CONTRADICTED: f64 = 5.99;
+/// How much of every new reading counts: a reading is noisy, and the needle's disturbance changes within a metre.
+const FRESH: f64 = 0.25;
+
+impl Bearing {
+    fn observe(&mut self, own: Heading, track_from_robot: &Isometry2<f64>) {
+        let offset = own - Heading::from_radians(track_from_robot.rotation.angle());
+        let known = self.offset.get_or_insert(offset);
+        *known += FRESH * (Heading::from_radians(offset) - Heading::from_radians(*known));
     }
 
-    fn heading(&mut self, heading: Heading) {
-        self.has_compass = true;
-        self.track_from_robot.rotation = UnitComplex::new(heading.radians());
-    }
-
-    fn at(&self) -> Point2<f64> {
-        Point2::from(self.track_from_robot.translation.vector)
+    fn own(&self, track: Heading) -> Heading {
+        track + self.offset.unwrap_or(0.0)
     }
 }
 
@@ -132,15 +126,17 @@ impl Exploration {
     /// # Errors
     ///
     /// An option out of its range.
-    pub fn new(options: ExplorerOptions) -> Result<Self, ExplorationError> {
+    pub fn new(config: Config, options: ExplorerOptions) -> Result<Self, ExplorationError> {
         Ok(Self {
+            mapper: Mapper::new(config)?,
             explorer: Explorer::new(options)?,
-            map: TopoMap::new(),
-            positions: Vec::new(),
-            window: WorkingGrid::new(&WorkingGridOptions::default(), Point2::origin())?,
-            track: Track::default(),
-            scans: Vec::new(),
+            optimum: Optimum::default(),
+            told: 0,
+            firing: Firing::Watch,
+            survey: Vec::new(),
+            descriptions: Vec::new(),
             last: None,
+            bearing: Bearing::default(),
             changes: Vec::new(),
         })
     }
@@ -149,20 +145,18 @@ impl Exploration {
     ///
     /// # Errors
     ///
-    /// A pose where no grid can be.
+    /// An entry that is not finite or not in order, or a pose where no grid can be.
     pub fn push(&mut self, entry: &Entry) -> Result<(), ExplorationError> {
-        match &entry.kind {
-            EntryKind::Odometry { odom_from_robot } => self.track.odometry(*odom_from_robot),
-            EntryKind::Heading { heading, .. } => self.track.heading(*heading),
-            EntryKind::Scan { odom_from_robot, scan } => {
-                if let Some(odom_from_robot) = odom_from_robot {
-                    self.track.odometry(*odom_from_robot);
-                }
-                let track_from_robot = self.track.track_from_robot;
-                self.window.integrate(&SonarCone::default(), &track_from_robot, scan)?;
-                self.scans.push((track_from_robot, scan.clone()));
+        self.mapper.follow(entry)?;
+        let own = match &entry.kind {
+            EntryKind::Heading { heading, .. } => Some(*heading),
+            EntryKind::Odometry { odom_from_robot } if !self.mapper.tracker().has_compass() => {
+                Some(Heading::from_radians(odom_from_robot.rotation.angle()))
             }
-            _ => {} // the truth is not for the robot
+            _ => None,
+        };
+        if let Some(own) = own {
+            self.bearing.observe(own, &self.mapper.track_from_robot());
         }
         Ok(())
     }
@@ -175,38 +169,33 @@ impl Exploration {
     pub fn next(&mut self, ended: Ended) -> Result<Errand, ExplorationError> {
         let (mut bumped, mut identity) = (ended == Ended::Blocked, None);
         loop {
-            let positions = &self.positions;
-            let position = |place: PlaceId| positions.get(place.index()).copied();
-            let observation = Observation {
-                scans: &self.scans,
-                bumped: std::mem::take(&mut bumped),
-                identity: identity.take(),
-                ..Observation::at(self.track.track_from_robot, &position)
-            };
-            let command = self.explorer.observe(&mut self.map, observation)?;
-            self.scans.clear();
+            let command = self.observe(std::mem::take(&mut bumped), identity.take())?;
             self.follow_changes()?;
             match command {
-                Command::Identify { thorough, .. } => identity = Some(self.identify(thorough)),
-                Command::Turn { to } => return Ok(Errand::Turn { to }),
+                Command::Identify { thorough, .. } => identity = Some(self.identify(thorough)?),
+                Command::Turn { to } => return Ok(Errand::Turn { to: self.bearing.own(to) }),
                 Command::Drive { distance } => return Ok(Errand::Drive { distance }),
                 Command::Look { to } => return Ok(Errand::Look { to }),
-                Command::Fire { .. } => return Ok(Errand::Fire),
+                Command::Fire { purpose } => {
+                    self.firing = purpose;
+                    return Ok(Errand::Fire);
+                }
                 Command::Done => return Ok(Errand::Done),
             }
         }
     }
 
-    /// The topological map so far.
+    /// All levels of the map so far.
     #[must_use]
-    pub fn map(&self) -> &TopoMap<Arc<Signature>> {
-        &self.map
+    pub fn mapper(&self) -> &Mapper {
+        &self.mapper
     }
 
-    /// The relaxed coordinates of the places, by their index, in metres; the first place is the origin.
+    /// The scans that describe places, as indices into the samples of the [`Trajectory`](crate::Trajectory): those of the
+    /// survey made when a place was first visited, about 48 readings each. The paper's gridmap is drawn from them alone.
     #[must_use]
-    pub fn positions(&self) -> &[Point2<f64>] {
-        &self.positions
+    pub fn descriptions(&self) -> &[usize] {
+        &self.descriptions
     }
 
     /// What changed in the map since this was last asked, in order.
@@ -214,55 +203,145 @@ impl Exploration {
         std::mem::take(&mut self.changes)
     }
 
+    /// Ends the run and gives all levels of the map.
+    #[must_use]
+    pub fn into_mapper(self) -> Mapper {
+        self.mapper
+    }
+
+    /// Tells the explorer what was sensed since it was last told, and asks what to do.
+    fn observe(
+        &mut self,
+        bumped: bool,
+        identity: Option<Identity<Arc<Signature>>>,
+    ) -> Result<Command, ExplorationError> {
+        let track_from_robot = self.mapper.track_from_robot();
+        let (map, coordinates, trajectory) = self.mapper.charted();
+        let fresh = self.told..trajectory.samples().len();
+        if self.firing == Firing::Survey {
+            self.survey.extend(fresh.clone());
+        }
+        let scans: Vec<(Isometry2<f64>, Scan)> = trajectory.samples()[fresh.clone()]
+            .iter()
+            .map(|sample| (sample.track_from_robot, sample.scan.clone()))
+            .collect();
+        self.told = fresh.end;
+        self.firing = Firing::Watch;
+        let position = |place| Some(Point2::from(coordinates.map_from_place(place).translation.vector));
+        let observation =
+            Observation { scans: &scans, bumped, identity, ..Observation::at(track_from_robot, &position) };
+        Ok(self.explorer.observe(map, observation)?)
+    }
+
+    /// Carries what the explorer changed through all other levels.
     fn follow_changes(&mut self) -> Result<(), ExplorationError> {
         let changes = self.explorer.take_changes();
         if changes.is_empty() {
             return Ok(());
         }
         self.relax()?;
+        let mut reached = None;
         for change in &changes {
-            if let Change::PlaceVisited(place) = change {
-                self.last = Some(Known { place: *place, center: self.track.at(), driven: self.track.driven });
+            match *change {
+                Change::PlaceVisited(place) => {
+                    self.stand_at(place, Vector2::zeros(), Matrix2::zeros());
+                    self.descriptions.append(&mut self.survey);
+                    reached = Some(place);
+                }
+                Change::PlaceMerged { absorbed, kept } => self.follow_merge(absorbed, kept),
+                _ => {}
             }
         }
         self.changes.extend(changes);
+        reached.map_or(Ok(()), |place| self.close_loops(place))
+    }
+
+    /// A place was reached for the first time: perhaps it closes a loop.
+    fn close_loops(&mut self, place: PlaceId) -> Result<(), ExplorationError> {
+        let mut closed = false;
+        for closure in self.mapper.recognize(place) {
+            let (map, _, _) = self.mapper.charted();
+            // Either may have been merged into another place since it was seen; then what was seen is of no use any more.
+            let gone = map.resolve(closure.place) != closure.place || map.resolve(closure.known) != closure.known;
+            if matches!(closure.verdict, Verdict::Accepted { .. }) && !gone {
+                let link =
+                    map.recognize(closure.place, closure.known, closure.displacement).map_err(MapperError::from)?;
+                self.changes.push(Change::LinkRecognized(link));
+                closed = true;
+            }
+        }
+        if !closed {
+            return Ok(());
+        }
+        self.relax()?;
+        self.reject_contradicted()?;
+        while let Some((absorbed, kept, offset)) = same::doubled(&self.mapper) {
+            let (map, _, _) = self.mapper.charted();
+            self.explorer.merge(map, absorbed, kept, offset)?;
+            self.relax()?;
+            for change in self.explorer.take_changes() {
+                self.follow_merge(absorbed, kept);
+                self.changes.push(change);
+            }
+        }
         Ok(())
+    }
+
+    /// Takes back recognitions that the rest of the map contradicts: all but the recognised links were driven.
+    fn reject_contradicted(&mut self) -> Result<(), ExplorationError> {
+        let (map, coordinates, _) = self.mapper.charted();
+        let at = |place| coordinates.map_from_place(place).translation.vector;
+        let contradicted = |link: &&Link| {
+            let off = at(link.to) - at(link.from) - link.displacement.vector;
+            let information = link.displacement.covariance.try_inverse();
+            link.origin == LinkOrigin::Recognized
+                && link.is_measured()
+                && information.is_some_and(|information| (off.transpose() * information * off)[0] > CONTRADICTED)
+        };
+        let links: Vec<LinkId> = map.links().iter().filter(contradicted).map(|link| link.id).collect();
+        for &link in &links {
+            map.set_link_state(link, LinkState::Rejected).map_err(MapperError::from)?;
+            self.changes.push(Change::LinkRejected(link));
+        }
+        if links.is_empty() { Ok(()) } else { self.relax() }
+    }
+
+    fn follow_merge(&mut self, absorbed: PlaceId, kept: PlaceId) {
+        let (map, _, trajectory) = self.mapper.charted();
+        let Some(PlaceState::Merged { offset, .. }) = map.place(absorbed).map(|place| &place.state) else { return };
+        let offset = *offset;
+        trajectory.merge(absorbed, kept, offset);
+        if let Some(last) = self.last.as_mut().filter(|last| last.place == absorbed) {
+            *last = Known { place: kept, center: last.center - offset, ..*last };
+        }
     }
 
     fn relax(&mut self) -> Result<(), ExplorationError> {
-        self.positions = relaxation::optimum(&network(&self.map)?)?;
+        let (map, coordinates, _) = self.mapper.charted();
+        let positions = self.optimum.follow(map)?;
+        coordinates.settle(map, positions);
         Ok(())
     }
 
-    /// Compares the view with those of the places near where the robot should be.
-    fn identify(&mut self, thorough: bool) -> Identity<Arc<Signature>> {
-        let at = self.track.at();
-        let view = Arc::new(self.window.signature(at, &SignatureOptions::default()));
-        let Some(Known { place, center, driven }) = self.last else { return Identity::New { signature: view } };
-        let supposed = Supposed { place, offset: at - center, driven: self.track.driven - driven };
-        let position = |place: PlaceId| self.positions.get(place.index()).copied();
-        let compare = |place, signature: &Arc<Signature>| compare(place, signature, &view);
-        let options = NearbyOptions::default();
-        let identity = identify_nearby(&self.map, &supposed, Arc::clone(&view), &options, position, compare);
-        match identity {
-            Identity::Known { place, offset, .. } => {
-                self.last = Some(Known { place, center: at - offset, driven: self.track.driven });
-                identity
-            }
-            Identity::New { .. } if !thorough => Identity::Unsure,
-            identity => identity,
-        }
+    /// The robot is at a place, `offset` metres from its centre.
+    fn stand_at(&mut self, place: PlaceId, offset: Vector2<f64>, covariance: Matrix2<f64>) {
+        self.mapper.stand_at(place, offset);
+        let at = Point2::from(self.mapper.track_from_robot().translation.vector);
+        let travelled = self.mapper.tracker().travelled();
+        self.last = Some(Known { place, center: at - offset, covariance, at, travelled });
     }
-}
 
-/// The score of the alignment of two unlike views.
-const UNLIKE: f64 = 0.55;
-
-/// How much a view speaks for a place: the score of their alignment against that of unlike views.
-fn compare(place: PlaceId, known: &Signature, view: &Signature) -> Option<PlaceLikelihood> {
-    let found = align(known, view, &AlignOptions::default());
-    let ratio = (12.0 * (found.score - UNLIKE) - 4.0 * found.contradiction).exp();
-    let covariance = found.covariance.fixed_view::<2, 2>(0, 0).into_owned();
-    let offset: Vector2<f64> = found.offset;
-    (found.score > 0.0).then_some(PlaceLikelihood { place, ratio, offset, covariance, turn: found.turn })
+    /// Says which place this is, by what is seen and by where the robot should be.
+    fn identify(&mut self, thorough: bool) -> Result<Identity<Arc<Signature>>, ExplorationError> {
+        let identity = same::identify(&self.mapper, self.last.as_ref())?;
+        match identity {
+            Identity::Known { place, offset, covariance, .. } => self.stand_at(place, offset, covariance),
+            Identity::New { .. } if !thorough => return Ok(Identity::Unsure),
+            _ => {}
+        }
+        if !matches!(identity, Identity::New { .. }) {
+            self.survey.clear(); // a place is described once
+        }
+        Ok(identity)
+    }
 }

@@ -1,3 +1,5 @@
+mod led;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -17,7 +19,7 @@ use crate::front_end::{FrontEnd, SenseError, Sensed};
 use crate::live_map::LiveMap;
 use crate::problem::RelaxationError;
 use crate::proposals::Proposals;
-use crate::recognize::{Closure, Recognizer, Verdict};
+use crate::recognize::{Closure, Recognizer, Sensing, Verdict};
 use crate::session::records::{StoredTracker, topology};
 use crate::sight::Sight;
 use crate::tally::Tally;
@@ -362,7 +364,7 @@ impl Mapper {
         if !self.config.recognition.enabled || self.eyes.are_shut() {
             return Ok(Vec::new());
         }
-        let closures = self.recognizer.consider(&self.map, &self.coordinates, anchor.place);
+        let closures = self.recognizer.consider(&self.map, &self.coordinates, anchor.place, Sensing::Faithful);
         self.close(closures)
     }
 
@@ -395,7 +397,7 @@ impl Mapper {
         Isometry2::from_parts(nalgebra::Translation2::identity(), self.track_from_robot().rotation)
     }
 
-    fn track_from_robot(&self) -> Isometry2<f64> {
+    pub(crate) fn track_from_robot(&self) -> Isometry2<f64> {
         self.front_end.tracker.track_from_robot()
     }
 

@@ -168,7 +168,7 @@ pub(crate) fn network<S>(map: &TopoMap<S>) -> Result<Network, NetworkError> {
     Network::new(map.places().len(), &springs)
 }
 
-fn spring(link: &Link) -> Spring {
+pub(crate) fn spring(link: &Link) -> Spring {
     let displacement = &link.displacement;
     let (from, to) = (link.from.index(), link.to.index());
     Spring { from, to, rest: displacement.vector, covariance: displacement.covariance }

@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Vector2};
-use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Signature, align};
+use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Signature, align, unseen_by_sonar};
 use topo_map::{Displacement, PlaceId, TopoMap, Turn};
 
 use crate::config::Config;
@@ -32,6 +32,15 @@ pub(crate) struct Recognizer {
     align: AlignOptions,
     stretch: VecDeque<View>,
     closures: Vec<Closure>,
+}
+
+/// How far views can be believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sensing {
+    /// Walls are seen where they are.
+    Faithful,
+    /// Walls echo only at the foot of the perpendicular: along a corridor nothing is seen, see [`unseen_by_sonar`].
+    Specular,
 }
 
 /// What was weighed: a place that looks like an older one, and what became of it.
@@ -139,6 +148,8 @@ const ENOUGH: usize = 2;
 const STRETCH: usize = 10;
 /// The least standard deviation of an alignment: half a cell and the walls' own roughness, in metres.
 const ALIGNMENT_FLOOR: f64 = 0.12;
+/// What the alignment of two sonar views errs by beyond that, in metres: the echoes travel along with the robot.
+const SNAP: f64 = 0.3;
 /// 99 % of the χ² distribution with two degrees of freedom.
 const CHI2_99: f64 = 9.21;
 /// Log odds against chance from which a shift is believed: one in a hundred.
@@ -180,6 +191,7 @@ impl Recognizer {
         map: &TopoMap<Arc<Signature>>,
         coordinates: &Coordinates,
         place: PlaceId,
+        sensing: Sensing,
     ) -> Vec<Closure> {
         let mut decided = Vec::new();
         if self.stretch.len() == STRETCH
@@ -188,7 +200,7 @@ impl Recognizer {
             decided.extend(view.forgotten(coordinates));
         }
         let reach = reach_from(map, place);
-        let likenesses = self.compare(map, coordinates, place, &reach);
+        let likenesses = self.compare(map, coordinates, place, &reach, sensing);
         self.stretch.push_back(View { place, likenesses, most_agreed: 0 });
         decided.extend(self.decide(coordinates));
         self.closures.extend(decided.iter().copied());
@@ -214,10 +226,16 @@ impl Recognizer {
         coordinates: &Coordinates,
         place: PlaceId,
         reach: &[Option<Reach>],
+        sensing: Sensing,
     ) -> Vec<Likeness> {
+        // What sonars cannot see along a corridor is the same against every old place.
+        let unseen = |new: &Signature| match sensing {
+            Sensing::Specular => unseen_by_sonar(new) + Matrix2::identity() * SNAP.powi(2),
+            Sensing::Faithful => Matrix2::zeros(),
+        };
         let Some(new) = map.place(place).and_then(|place| place.signature()) else { return Vec::new() };
         let mut gates: Vec<Gate> = Vec::new();
-        for known in map.places().iter().filter(|known| known.id < place && known.is_visited()) {
+        for known in map.places().iter().filter(|known| known.id != place && known.is_visited()) {
             let Some(reach) = reach.get(known.id.index()).copied().flatten() else { continue };
             // A spot that was visited many times is compared once, with its first visit.
             let spot = coordinates.map_from_place(known.id).translation.vector;
@@ -230,7 +248,8 @@ impl Recognizer {
             gates.truncate(ENOUGH);
         }
         let signature = |gate: &Gate| map.place(gate.known).and_then(|known| known.signature());
-        gates.iter().filter_map(|gate| Some(self.look(new, signature(gate)?, gate))).collect()
+        let unseen = unseen(new);
+        gates.iter().filter_map(|gate| Some(self.look(new, signature(gate)?, gate, &unseen))).collect()
     }
 
     /// How far a place may lie from an old one; `None` where they cannot be the same or have nothing to tell each other.
@@ -244,11 +263,11 @@ impl Recognizer {
     }
 
     /// Compares two signatures near their centres, whatever the coordinates say: those judge the shift, not the view.
-    fn look(&self, new: &Signature, old: &Signature, gate: &Gate) -> Likeness {
+    fn look(&self, new: &Signature, old: &Signature, gate: &Gate, unseen: &Matrix2<f64>) -> Likeness {
         let reach = (gate.distance + gate.slack).min(OVERLAP) + 0.4;
         let alignment = align(new, old, &AlignOptions { reach, turn_window: gate.turn_window, ..self.align.clone() });
         let log_ratio = self.log_ratio(&alignment);
-        let displacement = (log_ratio > 0.0).then(|| measured(&alignment, gate.turn_window > 0.0));
+        let displacement = (log_ratio > 0.0).then(|| measured(&alignment, gate.turn_window > 0.0, unseen));
         Likeness { known: gate.known, displacement, log_ratio, score: alignment.score, decided: false }
     }
 
@@ -397,8 +416,8 @@ fn sigma(reach: &Reach) -> f64 {
 }
 
 /// The displacement that an alignment measures.
-fn measured(alignment: &Alignment, turns: bool) -> Displacement {
-    let floor = Matrix2::identity() * ALIGNMENT_FLOOR.powi(2);
+fn measured(alignment: &Alignment, turns: bool, unseen: &Matrix2<f64>) -> Displacement {
+    let floor = Matrix2::identity() * ALIGNMENT_FLOOR.powi(2) + unseen;
     let covariance = alignment.covariance.fixed_view::<2, 2>(0, 0).into_owned() + floor;
     let turn = turns.then(|| Turn { change: alignment.turn, variance: alignment.covariance[(2, 2)] + 1e-4 });
     Displacement { vector: alignment.offset, covariance, turn }

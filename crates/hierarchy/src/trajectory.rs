@@ -70,6 +70,14 @@ impl Trajectory {
         self.anchors.push(anchor);
     }
 
+    /// A place turned out to be another one, `offset` metres from its centre: what was tied to it is tied to that one.
+    pub(crate) fn merge(&mut self, absorbed: PlaceId, kept: PlaceId, offset: Vector2<f64>) {
+        for anchor in self.anchors.iter_mut().filter(|anchor| anchor.place == absorbed) {
+            anchor.place = kept;
+            anchor.place_from_robot = Isometry2::translation(offset.x, offset.y) * anchor.place_from_robot;
+        }
+    }
+
     /// Turns the whole path about its origin; only before the first place ties it down.
     pub(crate) fn rotate(&mut self, turn: Isometry2<f64>) {
         debug_assert!(self.anchors.is_empty(), "places would be left behind");

@@ -6,7 +6,7 @@ mod travel;
 use std::collections::BTreeMap;
 
 use local_grid::{Fuzzy, Heading, LaserRay, Scan, SensorKind, SonarCone, WorkingGrid, WorkingGridOptions};
-use nalgebra::{Isometry2, Matrix2, Point2};
+use nalgebra::{Isometry2, Matrix2, Point2, Vector2};
 
 use crate::{Displacement, FeatureOptions, LinkId, MapError, OpenSpace, PeakOptions, PlaceId, RangeRose, TopoMap};
 
@@ -48,7 +48,8 @@ pub struct ExplorerOptions {
     pub redundancy: f64,
     /// Predicted links between visited places count as this much farther away than predicted places, in metres.
     pub link_penalty: f64,
-    /// How many times a way that was blocked is tried again before what lies behind it is given up.
+    /// How many times a way that was blocked, or a prediction that could not be reached, is tried again before it is given
+    /// up.
     pub retries: u32,
     /// The exploration ends when the map has so many visited places, whatever is still predicted.
     pub max_places: usize,
@@ -76,7 +77,7 @@ impl Default for ExplorerOptions {
     fn default() -> Self {
         Self {
             spacing: 1.0,
-            suppression: 0.8,
+            suppression: 0.95,
             link_separation: 30_f64.to_radians(),
             predicted_sigma: 0.25,
             arrival: 0.12,
@@ -112,7 +113,7 @@ impl Default for ExplorerOptions {
 ///
 /// # It ends
 ///
-/// Every travel resolves the predicted link it set out for, at the second try at the latest (it becomes traveled, blocked
+/// Every travel resolves the predicted link it set out for, after [`ExplorerOptions::retries`] more tries at the latest (it becomes traveled, blocked
 /// or rejected, and nothing makes a link predicted again), or blocks a traveled link on the way there, which is opened
 /// again at most [`ExplorerOptions::retries`] times. From a place something is predicted only in directions that are
 /// [`ExplorerOptions::link_separation`] from all that were predicted from it before, so at most `2π / separation` times, and
@@ -241,6 +242,35 @@ impl Explorer {
         self.here.map(|here| here.place)
     }
 
+    /// Merges two visited places that coordinates and views now say are one, `absorbed` lying at `offset` metres from `kept`.
+    ///
+    /// The explorer may be at the place that is no more, or on the way to it: it then finds itself at the other one, and
+    /// chooses anew where to go.
+    ///
+    /// # Errors
+    ///
+    /// As [`TopoMap::merge`].
+    pub fn merge<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        absorbed: PlaceId,
+        kept: PlaceId,
+        offset: Vector2<f64>,
+    ) -> Result<(), ExploreError> {
+        map.merge(absorbed, kept, offset)?;
+        self.changes.push(Change::PlaceMerged { absorbed, kept });
+        if let Some(here) = self.here.as_mut().filter(|here| here.place == absorbed) {
+            here.place = kept;
+            here.center -= offset;
+        }
+        let asked = self.asked.remove(&absorbed).unwrap_or_default();
+        self.asked.entry(kept).or_default().extend(asked);
+        if matches!(&self.phase, Phase::Traveling(travel) if travel.passes(absorbed)) {
+            self.phase = Phase::Choosing;
+        }
+        travel::drop_idle_predictions(map, kept)
+    }
+
     /// What was changed in the map since this was last asked, in order.
     pub fn take_changes(&mut self) -> Vec<Change> {
         std::mem::take(&mut self.changes)
@@ -288,7 +318,7 @@ impl Explorer {
                     self.phase = Phase::Identifying(travel);
                     return Ok(Command::Identify { expected, thorough });
                 }
-                Phase::Choosing => self.choose(map, preference)?,
+                Phase::Choosing => self.choose(map, position, preference)?,
                 Phase::Traveling(travel) => {
                     if let Some(command) = self.travel(map, travel)? {
                         return Ok(command);

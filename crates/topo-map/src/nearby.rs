@@ -16,6 +16,8 @@ pub struct NearbyOptions {
     pub gate: f64,
     /// Up to this standard deviation, in metres, coordinates alone say which place it is; beyond it views must.
     pub trusted_sigma: f64,
+    /// Below this likelihood ratio a view says that it is another place, however near it lies: behind a wall, perhaps.
+    pub unlike: f64,
     /// The likelihood ratio from which on a view says which place it is.
     pub likelihood_floor: f64,
 }
@@ -24,10 +26,11 @@ impl Default for NearbyOptions {
     fn default() -> Self {
         Self {
             place_radius: 0.6,
-            variance_per_metre: 0.005,
+            variance_per_metre: 0.008,
             least_variance: 0.002,
             gate: 9.21,
-            trusted_sigma: 0.25,
+            trusted_sigma: 0.45,
+            unlike: 0.1,
             likelihood_floor: 8.0,
         }
     }
@@ -40,8 +43,8 @@ pub struct Supposed {
     pub place: PlaceId,
     /// How far it has come since, seen from the centre of that place, in metres.
     pub offset: Vector2<f64>,
-    /// Metres driven since.
-    pub driven: f64,
+    /// The covariance of that, in m².
+    pub covariance: Matrix2<f64>,
 }
 
 /// Says which place of the map the robot stands at, or that it is at none: the nearest whose distance, by coordinates and
@@ -68,20 +71,28 @@ pub fn identify_nearby<S>(
     let mut best: Option<(f64, Identity<S>)> = None;
     for place in map.places() {
         let (Some(known), Some(center)) = (place.signature(), position(place.id)) else { continue };
-        let way = supposed.driven + ways.get(place.id.index()).copied().unwrap_or(f64::INFINITY);
-        let variance = options.least_variance + options.variance_per_metre * way;
+        let Some(way) = ways.get(place.id.index()).copied().filter(|way| way.is_finite()) else { continue };
+        let between = options.least_variance + options.variance_per_metre * way;
+        let prior = supposed.covariance + Matrix2::identity() * between;
         let offset = estimate - center;
-        if offset.norm() > options.place_radius + 3.0 * variance.sqrt() || !variance.is_finite() {
-            continue; // too far, or no way leads there
+        if offset.norm() > options.place_radius + 3.0 * prior.symmetric_eigenvalues().max().sqrt() {
+            continue;
         }
         let view = || compare(place.id, known);
-        let Some((offset, covariance)) = options.judge(offset, variance, view) else { continue };
+        let Some(Judged { offset, covariance, seen }) = options.judge(offset, prior, view) else { continue };
         let distance = offset.norm();
         if distance <= options.place_radius && best.as_ref().is_none_or(|(nearest, _)| distance < *nearest) {
-            best = Some((distance, Identity::Known { place: place.id, offset, covariance }));
+            best = Some((distance, Identity::Known { place: place.id, offset, covariance, seen }));
         }
     }
     best.map_or(Identity::New { signature }, |(_, identity)| identity)
+}
+
+/// Where the robot is, seen from a place; see [`Identity::Known`].
+struct Judged {
+    offset: Vector2<f64>,
+    covariance: Matrix2<f64>,
+    seen: Option<Matrix2<f64>>,
 }
 
 impl NearbyOptions {
@@ -89,25 +100,34 @@ impl NearbyOptions {
     fn judge(
         &self,
         offset: Vector2<f64>,
-        variance: f64,
+        prior: Matrix2<f64>,
         view: impl Fn() -> Option<PlaceLikelihood>,
-    ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
-        let prior = Matrix2::identity() * variance;
-        let trusted = variance.sqrt() <= self.trusted_sigma;
-        let by_coordinates = trusted.then_some((offset, prior));
+    ) -> Option<Judged> {
+        let sure = self.trusted_sigma.powi(2);
+        let trusted = prior.symmetric_eigenvalues().max() <= sure;
+        let by_coordinates = trusted.then_some(Judged { offset, covariance: prior, seen: None });
         let Some(seen) = view() else { return by_coordinates };
         let innovation = seen.offset - offset;
         let Some(information) = (prior + seen.covariance).try_inverse() else { return by_coordinates };
         let surprise = (innovation.transpose() * information * innovation)[0];
+        if seen.ratio < self.unlike {
+            return None; // there may be a wall in between
+        }
         if surprise > self.gate || seen.ratio < 1.0 {
             return by_coordinates; // the view matched something else
         }
-        if !trusted && seen.ratio < self.likelihood_floor {
-            return None;
-        }
         let gain = prior * information;
         let covariance = (Matrix2::identity() - gain) * prior;
-        Some((offset + gain * innovation, (covariance + covariance.transpose()) * 0.5))
+        // Far from where it last knew to be, the robot is nowhere unless the view alone says so, along both axes.
+        let clear = seen.ratio >= self.likelihood_floor && covariance.symmetric_eigenvalues().max() <= sure;
+        if !trusted && !clear {
+            return None;
+        }
+        Some(Judged {
+            offset: offset + gain * innovation,
+            covariance: (covariance + covariance.transpose()) * 0.5,
+            seen: Some(seen.covariance),
+        })
     }
 }
 
@@ -129,7 +149,8 @@ mod tests {
     }
 
     fn at(place: u32, x: f64) -> Supposed {
-        Supposed { place: PlaceId(place), offset: Vector2::new(x, 0.0), driven: x.abs() }
+        let covariance = Matrix2::identity() * (0.005 * x.abs());
+        Supposed { place: PlaceId(place), offset: Vector2::new(x, 0.0), covariance }
     }
 
     fn view(place: PlaceId, ratio: f64, x: f64) -> PlaceLikelihood {
@@ -168,7 +189,7 @@ mod tests {
         // The robot has gone round to the first place over 40 m: 0.45 m of uncertainty.
         let (map, position) = corridor();
         let options = NearbyOptions::default();
-        let around = Supposed { place: PlaceId(39), offset: Vector2::new(-38.8, 0.0), driven: 1.0 };
+        let around = Supposed { offset: Vector2::new(-38.8, 0.0), ..at(39, 1.0) };
         let with = |ratio: f64| {
             identify_nearby(&map, &around, 99, &options, &position, |place, _| {
                 (place == PlaceId(0)).then(|| view(place, ratio, 0.05))

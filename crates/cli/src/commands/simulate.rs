@@ -15,7 +15,7 @@ use crate::files;
 mod explore;
 mod frames;
 mod waypoints;
-mod world;
+pub(super) mod world;
 
 use frames::Frames;
 
@@ -161,7 +161,7 @@ impl SimulateArgs {
 }
 
 /// The robot of that name, or described in that file.
-fn robot(name: &str) -> Result<RobotDescription, Failure> {
+pub(super) fn robot(name: &str) -> Result<RobotDescription, Failure> {
     if let Some(robot) = RobotDescription::named(name) {
         return Ok(robot);
     }

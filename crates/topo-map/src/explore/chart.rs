@@ -1,12 +1,14 @@
 use local_grid::Heading;
 use nalgebra::{Point2, Vector2};
 
-use super::travel::{Hop, Travel};
+use super::travel::{Hop, Travel, drop_idle_predictions};
 use super::{Change, ExploreError, Explorer, Here, Obstacles, Phase};
 use crate::{Central, Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, PlaceState, TopoMap};
 
 /// From this share of the spacing on, a spot is surely none of the charted places.
 const SEPARATE: f64 = 0.75;
+/// Within this share of the spacing a predicted spot is the charted place there.
+const SAME: f64 = 0.6;
 /// By how many metres a link is put off on which the robot was stopped.
 const SECOND_TRY: f64 = 20.0;
 
@@ -95,9 +97,11 @@ impl Explorer {
     pub(super) fn choose<S>(
         &mut self,
         map: &mut TopoMap<S>,
+        position: &dyn Fn(PlaceId) -> Option<Point2<f64>>,
         preference: &dyn Fn(&Link) -> f64,
     ) -> Result<(), ExploreError> {
         self.phase = Phase::Done;
+        self.drop_charted(map, position)?;
         let Some(here) = self.here else { return Ok(()) };
         if map.n_visited() >= self.options.max_places {
             return Ok(());
@@ -126,6 +130,28 @@ impl Explorer {
                 }
             }
         }
+    }
+
+    /// Coordinates have moved since places were predicted: one that now lies on a visited place is that place.
+    fn drop_charted<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        position: &dyn Fn(PlaceId) -> Option<Point2<f64>>,
+    ) -> Result<(), ExploreError> {
+        let known = charted(map, position);
+        let is_visited = |place: PlaceId| map.place(place).is_some_and(crate::Place::is_visited);
+        let (visited, predicted): (Vec<_>, Vec<_>) = known.into_iter().partition(|(place, _)| is_visited(*place));
+        for (place, at) in predicted {
+            let off = |known: &Point2<f64>| (at - known).norm();
+            let nearest = visited.iter().min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
+            let Some((known, center)) = nearest.filter(|(_, center)| off(center) < SAME * self.options.spacing) else {
+                continue;
+            };
+            map.merge(place, *known, at - center)?;
+            self.changes.push(Change::PlaceMerged { absorbed: place, kept: *known });
+            drop_idle_predictions(map, *known)?;
+        }
+        Ok(())
     }
 
     /// Opens the traveled links that were blocked, each only so many times: people go away, and echoes may be false.

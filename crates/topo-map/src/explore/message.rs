@@ -48,8 +48,11 @@ pub enum Identity<S> {
         place: PlaceId,
         /// Where the robot is, seen from its centre, in metres.
         offset: Vector2<f64>,
-        /// The covariance of the offset, in m².
+        /// The covariance of the offset, in m²: how well the robot knows where it is now.
         covariance: Matrix2<f64>,
+        /// The covariance of what the view alone says of the offset, in m²; `None` where only coordinates speak. A link
+        /// is a new measurement only as far as something was seen: coordinates must not confirm themselves.
+        seen: Option<Matrix2<f64>>,
     },
     /// One that the map does not have.
     New {
@@ -115,12 +118,12 @@ pub enum Change {
     PlacePredicted(PlaceId),
     /// A predicted place cannot be reached.
     PlaceRefuted(PlaceId),
-    /// A predicted place turned out to be a known one.
+    /// A place turned out to be another one: a predicted one was reached and known, or a loop closed over a visited one.
     PlaceMerged {
-        /// The predicted place.
-        predicted: PlaceId,
+        /// The place that is no more.
+        absorbed: PlaceId,
         /// The place that it is.
-        known: PlaceId,
+        kept: PlaceId,
     },
     /// The way between two places looks open.
     LinkPredicted(LinkId),
@@ -128,4 +131,8 @@ pub enum Change {
     LinkTraveled(LinkId),
     /// Something stood in the way.
     LinkBlocked(LinkId),
+    /// Two places were recognised as lying near each other, by the level above.
+    LinkRecognized(LinkId),
+    /// Such a recognition was taken back, because the rest of the map contradicts it.
+    LinkRejected(LinkId),
 }

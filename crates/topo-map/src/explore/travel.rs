@@ -37,6 +37,8 @@ const MOST_BUMPS: u32 = 3;
 const SHIFT: f64 = 0.2;
 /// A piece must bring the robot nearer to its target by so much, in metres, unless it arrives.
 const LEAST_PROGRESS: f64 = 0.05;
+/// By how much less a place is measured where nothing was seen and only coordinates said which it is.
+const UNSEEN: f64 = 4.0;
 
 impl Travel {
     pub(super) fn new(hops: impl IntoIterator<Item = Hop>) -> Self {
@@ -64,6 +66,11 @@ impl Travel {
     /// Whether the present hop is the last one, over the link that is to be verified.
     pub(super) fn is_last(&self) -> bool {
         self.hops.len() == 1
+    }
+
+    /// Whether the journey leads to a place.
+    pub(super) fn passes(&self, place: PlaceId) -> bool {
+        self.hops.iter().any(|hop| hop.to == place)
     }
 
     fn begin_next_hop(&mut self) {
@@ -123,7 +130,7 @@ impl Explorer {
                 // Seen from elsewhere, or later, a door may be open after all: what is predicted gets a second try.
                 let tried = self.tried.entry(link.id).or_insert(0);
                 *tried += 1;
-                if link.origin != LinkOrigin::Predicted || *tried > 1 {
+                if link.origin != LinkOrigin::Predicted || *tried > self.options.retries {
                     self.block(map, link.id)?;
                 }
                 self.phase = Phase::Choosing;
@@ -238,7 +245,7 @@ impl Explorer {
                 self.changes.push(Change::PlaceVisited(place));
                 self.stand_at(place, self.at(), Matrix2::identity() * 1e-4);
             }
-            Identity::Known { place, offset, covariance } => {
+            Identity::Known { place, offset, covariance, .. } => {
                 self.recognized(map, place)?;
                 self.stand_at(place, self.at() - offset, covariance);
             }
@@ -257,12 +264,13 @@ impl Explorer {
     ) -> Result<(), ExploreError> {
         let Hop { link, to } = travel.hops[0];
         match identity {
-            Identity::Known { place, offset, covariance } if *place == to => {
+            Identity::Known { place, offset, covariance, seen: Some(seen) } if *place == to => {
                 let center = self.at() - offset;
-                let measured = self.displacement_to(&here, center, *covariance);
+                let measured = self.displacement_to(&here, center, *seen);
                 let link = map.travel(here.place, to, measured)?;
                 map.revisit(to)?;
                 self.changes.push(Change::LinkTraveled(link));
+                self.changes.push(Change::PlaceRecognized(to));
                 self.stand_at(to, center, *covariance);
             }
             _ => {
@@ -301,17 +309,20 @@ impl Explorer {
                 self.changes.push(Change::PlaceVisited(place));
                 self.went(map, here, place, self.at(), Matrix2::identity() * 1e-4)
             }
-            Identity::Known { place, offset, covariance } => {
+            Identity::Known { place, offset, covariance, seen } => {
                 self.recognized(map, place)?;
                 let center = self.at() - offset;
                 if predicted {
                     let target = travel.target.unwrap_or(self.at());
                     map.merge(to, place, target - center)?;
-                    self.changes.push(Change::PlaceMerged { predicted: to, known: place });
+                    self.changes.push(Change::PlaceMerged { absorbed: to, kept: place });
                 } else if place != to {
                     self.block(map, link)?;
                 }
-                self.went(map, here, place, center, covariance)
+                let measured = seen.unwrap_or(covariance * UNSEEN);
+                self.went(map, here, place, center, measured)?;
+                self.stand_at(place, center, covariance);
+                Ok(())
             }
             Identity::Unsure => self.block(map, link),
         }
@@ -349,7 +360,7 @@ impl Explorer {
 }
 
 /// Rejects predicted links of a place whose other end another open link leads to as well: there is nothing to find out.
-fn drop_idle_predictions<S>(map: &mut TopoMap<S>, place: PlaceId) -> Result<(), ExploreError> {
+pub(super) fn drop_idle_predictions<S>(map: &mut TopoMap<S>, place: PlaceId) -> Result<(), ExploreError> {
     let open = |link: &&Link| link.state == LinkState::Open;
     let idle = |link: &&Link| {
         let others = map.links_between(place, link.other_end(place)).filter(open);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use local_grid::nalgebra::{Isometry2, Point2, Vector2};
+use local_grid::nalgebra::{Isometry2, Matrix2, Point2, Vector2};
 use local_grid::{
     AlignOptions, Fuzzy, Scan, Signature, SignatureOptions, SonarCone, WorkingGrid, WorkingGridOptions, align,
 };
@@ -175,7 +175,8 @@ impl<'w> Host<'w> {
         let at = Point2::from(self.track_from_robot.translation.vector);
         let view = Arc::new(self.window.signature(at, &SignatureOptions::default()));
         let Some((place, center, driven)) = self.last else { return Identity::New { signature: view } };
-        let supposed = Supposed { place, offset: at - center, driven: self.robot.path_length() - driven };
+        let covariance = Matrix2::identity() * (0.008 * (self.robot.path_length() - driven));
+        let supposed = Supposed { place, offset: at - center, covariance };
         let position = |place: PlaceId| self.positions.get(place.index()).copied();
         let compare = |place, signature: &Arc<Signature>| compare(place, signature, &view);
         let options = NearbyOptions::default();

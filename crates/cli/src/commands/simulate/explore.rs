@@ -1,13 +1,13 @@
-use hierarchy::topo_map::{Change, ExplorerOptions};
-use hierarchy::{Ended, Errand, Exploration, ExplorationError};
+use hierarchy::Exploration;
+use hierarchy::topo_map::Change;
 use robot_log::Entry;
 use serde::Serialize;
+use simulator::Robot;
 use simulator::nalgebra::Point2;
-use simulator::{Command, Robot};
 
 use super::frames::Frames;
 use crate::context::{self, Context};
-use crate::exit::Exit;
+use crate::expedition;
 use crate::failure::Failure;
 
 /// How an exploration went.
@@ -29,38 +29,29 @@ pub(super) fn explore(
     context: &Context,
 ) -> Result<(Vec<Entry>, Explored), Failure> {
     context::catch_interrupts();
-    let mut exploration = Exploration::new(ExplorerOptions::default()).map_err(failed)?;
     let stage = context.progress().stage("exploring", 0);
-    let (mut entries, mut framed) = (Vec::new(), 0);
-    let mut report = Live { visited: Vec::new(), coverage: 0.0 };
-    let mut ended = Ended::Well;
-    loop {
-        let errand = exploration.next(ended).map_err(failed)?;
-        if report.follow(robot, &exploration.take_changes()) {
-            stage.at(report.visited.len() as u64, || report.line(&exploration));
-            if let Some(frames) = frames.as_deref_mut() {
-                frames.add(robot, &entries[framed..])?;
-                framed = entries.len();
-            }
+    let mut framed = 0;
+    let mut live = Live { visited: Vec::new(), coverage: 0.0 };
+    let expedition = expedition::explore(robot, |halt| {
+        if !live.follow(halt.robot, halt.changes) {
+            return Ok(());
         }
-        let stopped = context::interrupted();
-        let Some(command) = command(errand).filter(|_| !stopped) else {
-            let map = exploration.map();
-            let explored = Explored {
-                places: map.n_visited(),
-                predicted_places: map.n_predicted(),
-                links: passable(&exploration),
-                coverage: report.covered(robot),
-                complete: !stopped,
-            };
-            stage.finish(&report.line(&exploration));
-            return Ok((entries, explored));
-        };
-        let before = entries.len();
-        let outcome = robot.execute(&command, &mut entries);
-        entries[before..].iter().try_for_each(|entry| exploration.push(entry)).map_err(failed)?;
-        ended = if outcome.blocked { Ended::Blocked } else { Ended::Well };
-    }
+        stage.at(live.visited.len() as u64, || live.line(halt.exploration));
+        let new = framed..halt.entries.len();
+        framed = new.end;
+        frames.as_deref_mut().map_or(Ok(()), |frames| frames.add(halt.robot, &halt.entries[new]))
+    })?;
+    live.coverage = live.covered(robot);
+    stage.finish(&live.line(&expedition.exploration));
+    let map = expedition.exploration.mapper().topology();
+    let explored = Explored {
+        places: map.n_visited(),
+        predicted_places: map.n_predicted(),
+        links: passable(&expedition.exploration),
+        coverage: live.coverage,
+        complete: expedition.complete,
+    };
+    Ok((expedition.entries, explored))
 }
 
 /// What the user sees while the robot explores.
@@ -88,26 +79,13 @@ impl Live {
     }
 
     fn line(&self, exploration: &Exploration) -> String {
-        let map = exploration.map();
+        let map = exploration.mapper().topology();
         let (places, predicted, links) = (map.n_visited(), map.n_predicted(), passable(exploration));
         format!("{places} places, {predicted} predicted, {links} links, coverage {:.0} %", 100.0 * self.coverage)
     }
 }
 
 fn passable(exploration: &Exploration) -> usize {
-    exploration.map().links().iter().filter(|link| link.is_measured() && link.is_passable()).count()
-}
-
-fn command(errand: Errand) -> Option<Command> {
-    Some(match errand {
-        Errand::Turn { to } => Command::Turn { to },
-        Errand::Drive { distance } => Command::Drive { distance },
-        Errand::Look { to } => Command::Look { to },
-        Errand::Fire => Command::Fire,
-        Errand::Done => return None,
-    })
-}
-
-fn failed(error: ExplorationError) -> Failure {
-    Failure::new(Exit::Failed, "simulate.explore", format!("could not go on exploring: {error}")).because_of(&error)
+    let links = exploration.mapper().topology().links();
+    links.iter().filter(|link| link.is_measured() && link.is_passable()).count()
 }
