@@ -15,9 +15,16 @@ pub(crate) enum SweepRows {
     Block(Rows<Matrix2<f64>>),
 }
 
-/// Compressed rows.
+/// Compressed rows, and beside them what most places of a map have for neighbours: the ones numbered next to them.
+///
+/// A sweep waits for nothing but the place it has just moved. Kept apart, that place's share is added last, from a register,
+/// and everything else is summed meanwhile.
 #[derive(Debug, Clone)]
 pub(crate) struct Rows<S> {
+    /// The shares of the nodes numbered one less; zero where they are no neighbours.
+    before: Vec<S>,
+    /// The shares of the nodes numbered one more.
+    after: Vec<S>,
     start: Vec<u32>,
     columns: Vec<u32>,
     shares: Vec<S>,
@@ -25,20 +32,27 @@ pub(crate) struct Rows<S> {
 }
 
 /// A share of a position: a number or a matrix.
-pub(crate) trait Share: Copy {
+pub(crate) trait Share: Copy + std::ops::AddAssign {
+    /// None of it.
+    const NOTHING: Self;
+
     /// `sum + self · p`.
     fn add_to(self, sum: Vector2<f64>, p: &Point2<f64>) -> Vector2<f64>;
 }
 
 impl Share for f64 {
-    #[inline]
+    const NOTHING: Self = 0.0;
+
+    #[inline(always)]
     fn add_to(self, sum: Vector2<f64>, p: &Point2<f64>) -> Vector2<f64> {
         Vector2::new(sum.x + self * p.x, sum.y + self * p.y)
     }
 }
 
 impl Share for Matrix2<f64> {
-    #[inline]
+    const NOTHING: Self = Matrix2::new(0.0, 0.0, 0.0, 0.0);
+
+    #[inline(always)]
     fn add_to(self, sum: Vector2<f64>, p: &Point2<f64>) -> Vector2<f64> {
         sum + self * p.coords
     }
@@ -63,16 +77,16 @@ impl SweepRows {
     /// All nodes in the order of their numbers.
     pub(crate) fn sweep_forward(&self, positions: &mut [Point2<f64>]) {
         match self {
-            Self::Scalar(rows) => (0..positions.len()).for_each(|i| rows.update(i, positions)),
-            Self::Block(rows) => (0..positions.len()).for_each(|i| rows.update(i, positions)),
+            Self::Scalar(rows) => rows.sweep_forward(positions),
+            Self::Block(rows) => rows.sweep_forward(positions),
         }
     }
 
     /// All nodes from the last to the first.
     pub(crate) fn sweep_backward(&self, positions: &mut [Point2<f64>]) {
         match self {
-            Self::Scalar(rows) => (0..positions.len()).rev().for_each(|i| rows.update(i, positions)),
-            Self::Block(rows) => (0..positions.len()).rev().for_each(|i| rows.update(i, positions)),
+            Self::Scalar(rows) => rows.sweep_backward(positions),
+            Self::Block(rows) => rows.sweep_backward(positions),
         }
     }
 
@@ -102,24 +116,34 @@ impl<S: Share> Rows<S> {
     #[expect(clippy::cast_possible_truncation, reason = "`Network` checked that every index fits 32 bits")]
     fn collect<F: Fn(usize) -> S>(network: &Network, one: S, shares_of: impl Fn(&[End]) -> F) -> Self {
         let adjacency = network.adjacency();
-        let mut rows = Self { start: vec![0], columns: Vec::new(), shares: Vec::new(), constants: Vec::new() };
-        let mut ends = Vec::new();
-        for node in 0..network.len() {
+        let nodes = network.len();
+        let mut rows = Self {
+            before: vec![S::NOTHING; nodes],
+            after: vec![S::NOTHING; nodes],
+            start: vec![0],
+            columns: Vec::new(),
+            shares: Vec::new(),
+            constants: Vec::with_capacity(nodes),
+        };
+        for node in 0..nodes {
             let mut constant = Vector2::zeros();
             if network.is_anchor(node) {
                 rows.columns.push(node as u32);
                 rows.shares.push(one);
             } else {
-                ends.clear();
-                ends.extend_from_slice(adjacency.ends(node));
-                // The nearest number comes last: its position was computed a moment ago and the others can be summed meanwhile.
-                ends.sort_unstable_by_key(|e| (std::cmp::Reverse(e.node.abs_diff(node as u32)), e.spring));
-                let share = shares_of(&ends);
-                for end in &ends {
+                let ends = adjacency.ends(node);
+                let share = shares_of(ends);
+                for end in ends {
                     let share = share(end.spring as usize);
                     constant = share.add_to(constant, &(-network.rest_from(node as u32, end.spring)).into());
-                    rows.columns.push(end.node);
-                    rows.shares.push(share);
+                    if end.node as usize + 1 == node {
+                        rows.before[node] += share;
+                    } else if end.node as usize == node + 1 {
+                        rows.after[node] += share;
+                    } else {
+                        rows.columns.push(end.node);
+                        rows.shares.push(share);
+                    }
                 }
             }
             rows.constants.push(constant);
@@ -128,18 +152,42 @@ impl<S: Share> Rows<S> {
         rows
     }
 
+    fn sweep_forward(&self, positions: &mut [Point2<f64>]) {
+        let Some(&(mut last)) = positions.first() else { return };
+        for i in 0..positions.len() {
+            let next = positions[(i + 1).min(positions.len() - 1)];
+            let others = self.after[i].add_to(self.far(i, positions), &next);
+            last = self.before[i].add_to(others, &last).into();
+            positions[i] = last;
+        }
+    }
+
+    fn sweep_backward(&self, positions: &mut [Point2<f64>]) {
+        let Some(&(mut last)) = positions.last() else { return };
+        for i in (0..positions.len()).rev() {
+            let next = positions[i.saturating_sub(1)];
+            let others = self.before[i].add_to(self.far(i, positions), &next);
+            last = self.after[i].add_to(others, &last).into();
+            positions[i] = last;
+        }
+    }
+
+    /// Where its neighbours think node `i` should be.
     #[inline]
     fn target(&self, i: usize, positions: &[Point2<f64>]) -> Point2<f64> {
+        let (previous, next) = (positions[i.saturating_sub(1)], positions[(i + 1).min(positions.len() - 1)]);
+        let others = self.after[i].add_to(self.far(i, positions), &next);
+        self.before[i].add_to(others, &previous).into()
+    }
+
+    /// What neighbours that are not numbered next to node `i` say, and the constant.
+    #[inline(always)] // Called, it costs more than it computes.
+    fn far(&self, i: usize, positions: &[Point2<f64>]) -> Vector2<f64> {
         let row = self.start[i] as usize..self.start[i + 1] as usize;
         let mut sum = self.constants[i];
         for (&j, share) in self.columns[row.clone()].iter().zip(&self.shares[row]) {
             sum = share.add_to(sum, &positions[j as usize]);
         }
-        sum.into()
-    }
-
-    #[inline]
-    fn update(&self, i: usize, positions: &mut [Point2<f64>]) {
-        positions[i] = self.target(i, positions);
+        sum
     }
 }
