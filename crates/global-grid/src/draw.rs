@@ -120,7 +120,7 @@ impl Pen {
                 (Step { empty: most(options, 1.0, 0.0).empty, occupied: most(options, 0.0, 1.0).occupied }, n_beams)
             }
             // The beams of a fan may hit a cell, miss it, and hit it again; more often only by freak.
-            _ if self.fan_of(scan.sensor()).is_some() => (self.laser, 4.min(n_beams)),
+            _ if scan.sweep().is_none() && self.fan_of(scan.sensor()).is_some() => (self.laser, 4.min(n_beams)),
             _ => (self.laser, n_beams),
         };
         (times.saturating_mul(step.empty.into()), times.saturating_mul(step.occupied.into()))
@@ -141,7 +141,8 @@ impl Pen {
     /// Draws a laser scan: as one area if its beams stand side by side, otherwise ray by ray.
     fn rays(&mut self, sums: &mut Sums, options: &GridOptions, posed: (&Isometry2<f64>, &Scan), direction: Direction) {
         self.fan_of(posed.1.sensor());
-        let Some(fan) = &self.fan else {
+        let at_once = posed.1.sweep().is_none(); // what swept while the robot moved starts at more than one point
+        let Some(fan) = self.fan.as_ref().filter(|_| at_once) else {
             return self.each(sums, options, &options.laser, posed, direction);
         };
         let steps = FanSteps { empty: direction.of(self.laser.empty), occupied: direction.of(self.laser.occupied) };

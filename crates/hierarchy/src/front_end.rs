@@ -1,5 +1,8 @@
 use nalgebra::Isometry2;
-use robot_log::local_grid::{LocalMapError, Scan, SensorKind};
+use robot_log::local_grid::{
+    FuzzyGrid, LocalMapError, Scan, SensorKind, StructureOptions, WallCompass, WallCompassOptions,
+    wall_direction_of_grid,
+};
 use robot_log::{Entry, EntryKind};
 
 use crate::HeadingMode;
@@ -15,6 +18,9 @@ pub(crate) struct FrontEnd {
     /// The scans that hold the pose, once a precise sensor has spoken; never where odometry alone is asked for.
     laser_track: Option<LaserTrack>,
     scans_may_hold: bool,
+    /// The directions of walls in the grids of places, where no scan is precise enough to be matched.
+    walls: WallCompass,
+    held_by_walls: bool,
     odom_from_robot: Isometry2<f64>,
 }
 
@@ -43,7 +49,9 @@ impl FrontEnd {
         Self {
             tracker: Tracker::new(config),
             laser_track: None,
-            scans_may_hold: config.heading.source != HeadingMode::Odometry,
+            scans_may_hold: matches!(config.heading.source, HeadingMode::Auto | HeadingMode::Structure),
+            walls: WallCompass::new(walls_of_places()),
+            held_by_walls: false,
             odom_from_robot: Isometry2::identity(),
         }
     }
@@ -55,12 +63,7 @@ impl FrontEnd {
         held_by_scans: bool,
         samples: &[Sample],
     ) -> Result<Self, SenseError> {
-        let lasers = samples.iter().filter(|sample| sample.scan.sensor().kind() == SensorKind::Laser);
-        let laser_track = if held_by_scans {
-            Some(LaserTrack::restored(lasers.map(|sample| (&sample.track_from_robot, &sample.scan)))?)
-        } else {
-            None
-        };
+        let laser_track = if held_by_scans { Some(LaserTrack::restored(lasers(samples))?) } else { None };
         let odom_from_robot = samples.last().map_or_else(Isometry2::identity, |sample| sample.odom_from_robot);
         Ok(Self { tracker, laser_track, odom_from_robot, ..Self::new(config) })
     }
@@ -72,8 +75,13 @@ impl FrontEnd {
                 self.follow(*odom_from_robot);
                 Ok(Sensed::Nothing)
             }
-            EntryKind::Heading { heading, deviation } => {
-                Ok(self.tracker.observe_heading(*heading, *deviation).map_or(Sensed::Nothing, Sensed::FrameTurned))
+            EntryKind::Heading { heading, deviation } => Ok(self
+                .tracker
+                .observe_heading(entry.stamp, *heading, *deviation)
+                .map_or(Sensed::Nothing, Sensed::FrameTurned)),
+            EntryKind::Gyro { heading, deviation } => {
+                let turned = self.tracker.observe_gyro(entry.stamp, *heading, *deviation);
+                Ok(turned.map_or(Sensed::Nothing, Sensed::FrameTurned))
             }
             EntryKind::Scan { odom_from_robot, scan } => {
                 if let Some(odom_from_robot) = odom_from_robot {
@@ -95,6 +103,24 @@ impl FrontEnd {
         self.laser_track.is_some()
     }
 
+    /// Whether the walls of places have turned the heading.
+    pub(crate) fn is_held_by_walls(&self) -> bool {
+        self.held_by_walls
+    }
+
+    /// Takes the direction of the walls around a place as a sight, where neither compass nor gyro nor laser knows better.
+    pub(crate) fn see_walls(&mut self, grid: &FuzzyGrid, track_from_place: f64) {
+        let known = self.tracker.has_compass() || self.tracker.has_gyro() || self.is_held_by_scans();
+        if known || !self.scans_may_hold {
+            return;
+        }
+        if let Some(seen) = wall_direction_of_grid(grid, &StructureOptions::default()) {
+            let turn = self.walls.sight(&seen, track_from_place);
+            self.tracker.turn_in_place(turn);
+            self.held_by_walls |= turn != 0.0;
+        }
+    }
+
     fn sense(&mut self, stamp: f64, scan: &Scan) -> Result<Sample, SenseError> {
         if scan.sensor().kind() == SensorKind::Laser && self.scans_may_hold {
             let predicted = self.tracker.track_from_robot();
@@ -112,4 +138,16 @@ impl FrontEnd {
             scan: scan.clone(),
         })
     }
+}
+
+/// A grid of a place gathers many scans, so that few teach the building's direction; but sonar draws its walls askew.
+fn walls_of_places() -> WallCompassOptions {
+    let degrees = |degrees: f64| degrees.to_radians();
+    WallCompassOptions { lessons: 4, gate: degrees(15.0), agreement: degrees(5.0), ..WallCompassOptions::default() }
+}
+
+/// The scans that a map of walls is drawn from, each where it was taken.
+fn lasers(samples: &[Sample]) -> impl Iterator<Item = (&Isometry2<f64>, &Scan)> {
+    let lasers = samples.iter().filter(|sample| sample.scan.sensor().kind() == SensorKind::Laser);
+    lasers.map(|sample| (&sample.track_from_robot, &sample.scan))
 }

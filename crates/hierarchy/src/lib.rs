@@ -13,6 +13,7 @@ mod eyes;
 mod floor_plan;
 mod front_end;
 mod growth;
+mod gyro;
 mod laser;
 mod live_map;
 mod mapper;
@@ -30,6 +31,7 @@ mod tally;
 mod tracker;
 mod trajectory;
 mod truth;
+mod verify;
 
 pub use atlas::{Atlas, AtlasLink, AtlasPlace};
 pub use config::{

@@ -7,7 +7,7 @@ use global_grid::{Calculus, GridOptions};
 use nalgebra::{Isometry2, Point2};
 use robot_log::local_grid::{FrameError, FuzzyGrid, Signature};
 use robot_log::{Entry, EntryKind};
-use topo_map::{Displacement, Link, PlaceId, TopoMap, Turn};
+use topo_map::{Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, TopoMap, Turn};
 
 use crate::config::{Config, ConfigError, HeadingMode, RelaxationPolicy};
 use crate::coordinates::{Coordinates, Relaxation};
@@ -16,6 +16,7 @@ use crate::event::Event;
 use crate::eyes::{Eyes, touch};
 use crate::floor_plan::FloorPlan;
 use crate::front_end::{FrontEnd, SenseError, Sensed};
+use crate::gyro::HeadingDrift;
 use crate::live_map::LiveMap;
 use crate::problem::RelaxationError;
 use crate::proposals::Proposals;
@@ -25,6 +26,7 @@ use crate::sight::Sight;
 use crate::tally::Tally;
 use crate::tracker::Tracker;
 use crate::trajectory::{Anchor, Sample, Trajectory};
+use crate::verify::{self, Verification};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.
 ///
@@ -51,6 +53,7 @@ pub struct Mapper {
     coordinates: Coordinates,
     recognizer: Recognizer,
     proposals: Proposals,
+    closures: Vec<Closure>,
     tally: Tally,
     names: BTreeMap<PlaceId, String>,
     floor_plan: FloorPlan,
@@ -131,6 +134,7 @@ impl Mapper {
             coordinates: Coordinates::default(),
             recognizer: Recognizer::new(&config),
             proposals: Proposals::default(),
+            closures: Vec::new(),
             tally: Tally::default(),
             names: BTreeMap::new(),
             floor_plan: FloorPlan::default(),
@@ -144,22 +148,27 @@ impl Mapper {
         let Restored { config, trajectory, visits, links, .. } = from;
         let (sight, samples) = (Sight::default(), trajectory.samples());
         let mut signatures = Vec::with_capacity(visits.len());
-        let blank = sight.signature(Point2::origin(), &[])?;
+        let blank = sight.signature(&Isometry2::identity(), &[])?;
         signatures.resize(visits.len(), blank);
         for (index, anchor) in trajectory.anchors().iter().enumerate() {
             let until = trajectory.anchors().get(index + 1).map_or(samples.len(), |next| next.sample);
             let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
             let seen = &samples[first_since(samples, anchor.travelled - config.places.spacing_m).min(until)..until];
-            signatures[anchor.place.index()] = sight.signature(track_from_place.translation.vector.into(), seen)?;
+            signatures[anchor.place.index()] = sight.signature(&track_from_place, seen)?;
         }
         let map = topology(&visits, links, |place| Arc::clone(&signatures[place.index()]))?;
+        let mut recognizer = Recognizer::new(&config);
+        for (place, signature) in map.places().iter().zip(&signatures) {
+            recognizer.learn(place.id, signature);
+        }
         let mut restored = Self {
             eyes: Eyes::restored(samples.last().map(|sample| &sample.scan)),
             front_end: FrontEnd::restored(&config, from.tracker, from.held_by_scans, samples)?,
             sight,
             map,
             coordinates: Coordinates::restored(from.poses, from.sweeps),
-            recognizer: Recognizer::restored(&config, from.closures),
+            recognizer,
+            closures: from.closures,
             proposals: Proposals::default(),
             tally: from.tally,
             names: from.names,
@@ -239,11 +248,10 @@ impl Mapper {
         }
         let spacing = self.config.places.spacing_m;
         let Some(weighed) = self.proposals.weigh(&self.map, &self.trajectory, spacing)? else { return Ok(Vec::new()) };
-        self.recognizer.remember(&weighed.closures);
         if let Some(poses) = weighed.poses {
             self.coordinates.put(poses);
         }
-        let events = self.close(weighed.closures)?;
+        let events = self.link(weighed.closures)?;
         if self.config.relaxation.policy == RelaxationPolicy::Converge {
             for _ in 0..HOLDS {
                 if !self.let_building_hold() {
@@ -332,8 +340,7 @@ impl Mapper {
 
     /// A new place, not recognisable before its surroundings have been seen: see [`Mapper::complete_place`].
     fn add_place(&mut self) -> Result<PlaceId, MapperError> {
-        let here = self.track_from_robot().translation.vector.into();
-        Ok(self.map.add_place(self.sight.signature(here, &[])?)?)
+        Ok(self.map.add_place(self.sight.signature(&Isometry2::identity(), &[])?)?)
     }
 
     /// The scans taken since the robot had `travelled` so far, less one spacing: those that show the place where it was.
@@ -359,8 +366,9 @@ impl Mapper {
         let Some(anchor) = self.trajectory.anchors().last().copied() else { return Ok(Vec::new()) };
         let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
         let seen = self.seen_since(anchor.travelled);
-        let signature = self.sight.signature(track_from_place.translation.vector.into(), seen)?;
-        self.map.describe(anchor.place, signature)?;
+        let grid = self.sight.grid(&track_from_place, seen)?;
+        self.front_end.see_walls(&grid, track_from_place.rotation.angle());
+        self.map.describe(anchor.place, self.sight.cut(&grid))?;
         if !self.config.recognition.enabled || self.eyes.are_shut() {
             return Ok(Vec::new());
         }
@@ -368,16 +376,28 @@ impl Mapper {
         self.close(closures)
     }
 
-    /// Turns what the recognizer decided into links, and relaxes if a loop was closed.
+    /// Turns what the recognizer decided into links, if the laser bears it out; relaxes if a loop was closed, and takes
+    /// back what the relaxed map contradicts.
     fn close(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
+        let closures = self.verified(closures);
+        let mut events = self.link(closures)?;
+        if events.iter().any(|event| matches!(event, Event::Relaxed { .. })) {
+            events.extend(self.revoke()?);
+        }
+        Ok(events)
+    }
+
+    /// Turns the closures that are believed into links, and relaxes if there are any.
+    fn link(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
         let mut events = Vec::new();
         for closure in closures {
-            if matches!(closure.verdict, Verdict::Accepted { .. }) {
+            if closure.is_accepted() {
                 let link = self.map.recognize(closure.place, closure.known, closure.displacement)?;
                 events.push(Event::PlaceRecognized { place: closure.place, known: closure.known, link });
             } else {
                 events.push(Event::RecognitionRefused { closure });
             }
+            self.closures.push(closure);
         }
         let closed = events.iter().any(|event| matches!(event, Event::PlaceRecognized { .. }));
         if closed && self.config.relaxation.policy == RelaxationPolicy::Converge {
@@ -386,10 +406,52 @@ impl Mapper {
         Ok(events)
     }
 
+    /// Closures that the laser bears out, with what it measures; and the rest, refused.
+    ///
+    /// Where too few of a group are left to agree, the others go with them.
+    fn verified(&self, mut closures: Vec<Closure>) -> Vec<Closure> {
+        for closure in closures.iter_mut().filter(|closure| closure.is_accepted()) {
+            match verify::by_walls(&self.trajectory, closure) {
+                Verification::Borne(displacement) => closure.displacement = displacement,
+                Verification::Silent => {}
+                Verification::Refuted(score) => closure.verdict = Verdict::WallsDiffer { score },
+            }
+        }
+        closures
+    }
+
+    /// Takes back closures that the relaxed map contradicts: one of them outvoted by the rest, by truncated least squares.
+    fn revoke(&mut self) -> Result<Vec<Event>, MapperError> {
+        let problem = self.coordinates.problem(&self.map)?;
+        let measured: Vec<&Link> = self.map.links().iter().filter(|link| link.is_measured()).collect();
+        let residuals = problem.residuals(&self.coordinates.padded(&self.map));
+        let suspicious = |(link, chi2): (&&Link, &f64)| link.origin == LinkOrigin::Recognized && *chi2 > SUSPICIOUS;
+        if !measured.iter().zip(&residuals).any(suspicious) {
+            return Ok(Vec::new());
+        }
+        let trusted: Vec<bool> = measured.iter().map(|link| link.origin != LinkOrigin::Recognized).collect();
+        let rejected = problem.outvoted(&trusted, SUSPICIOUS)?;
+        let rejected: Vec<(LinkId, f64)> = rejected.into_iter().map(|k| (measured[k].id, residuals[k])).collect();
+        let mut events = Vec::new();
+        for (id, chi2) in rejected {
+            self.map.set_link_state(id, LinkState::Rejected)?;
+            let Some(&Link { from, to, .. }) = self.map.link(id) else { continue };
+            let decided = self.closures.iter_mut().filter(|closure| closure.is_accepted());
+            for closure in decided.filter(|closure| (closure.place, closure.known) == (from, to)) {
+                closure.verdict = Verdict::Contradicted { chi2 };
+                events.push(Event::RecognitionRefused { closure: *closure });
+            }
+        }
+        if !events.is_empty() {
+            events.push(relaxed(self.coordinates.relax(&self.map)?));
+        }
+        Ok(events)
+    }
+
     /// Every resemblance that was weighed, in the order of the decisions.
     #[must_use]
     pub fn closures(&self) -> &[Closure] {
-        self.recognizer.closures()
+        &self.closures
     }
 
     /// The robot at the centre of a place whose axes are those of the track frame.
@@ -403,6 +465,10 @@ impl Mapper {
 
     pub(crate) fn tracker_state(&self) -> StoredTracker {
         self.front_end.tracker.state()
+    }
+
+    pub(crate) fn heading_drift(&self) -> HeadingDrift {
+        self.front_end.tracker.heading_drift()
     }
 
     pub(crate) fn is_held_by_scans(&self) -> bool {
@@ -489,15 +555,21 @@ impl Mapper {
         &self.tally
     }
 
-    /// Where headings came from so far: `compass`, `structure` (the fit of successive scans, or the directions of
-    /// travel where there are none) or `odometry`.
+    /// Where headings came from so far: `compass`, `gyro` (what was taken for one until it drifted), `structure` (the
+    /// directions of walls or of travel, and the fit of successive scans) or `odometry`.
     #[must_use]
     pub fn heading_source(&self) -> &'static str {
-        let structure = self.front_end.is_held_by_scans() || !self.coordinates.held().is_empty();
-        match (self.front_end.tracker.has_compass(), structure) {
-            (true, _) => "compass",
-            (false, true) => "structure",
-            (false, false) => "odometry",
+        let tracker = &self.front_end.tracker;
+        if tracker.has_compass() {
+            "compass"
+        } else if self.front_end.is_held_by_scans() {
+            "structure"
+        } else if tracker.has_gyro() {
+            "gyro"
+        } else if self.front_end.is_held_by_walls() || !self.coordinates.held().is_empty() {
+            "structure"
+        } else {
+            "odometry"
         }
     }
 
@@ -559,6 +631,8 @@ impl Mapper {
 
 /// Rounds in which the building's direction and the map settle on each other.
 const HOLDS: usize = 30;
+/// Squared normalised residual from which a closure is under suspicion: 99.9 % of χ² with three degrees of freedom.
+const SUSPICIOUS: f64 = 16.27;
 /// The least standard deviation of a link, in metres: no two visits to a place see exactly the same.
 const POSITION_FLOOR: f64 = 0.02;
 /// The least variance of a turn between places, in rad²: (0.3°)².

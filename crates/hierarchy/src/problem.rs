@@ -1,7 +1,8 @@
 use nalgebra::{Isometry2, Matrix2, Matrix3, Point2, Rotation2};
 use relaxation::{
     Auto, Certificate, Covariance, Direct, Network, NetworkError, Pose, PoseGraph, PoseGraphError, PoseOptions,
-    PoseSpring, RobustError, Solver, Spring, certify, descend, relax_poses, sweep,
+    PoseSpring, RobustError, RobustMethod, RobustOptions, Solver, Spring, certify, descend, relax_poses,
+    relax_poses_robustly, relax_robustly, sweep,
 };
 use topo_map::{Link, TopoMap};
 
@@ -69,6 +70,35 @@ impl Problem {
         match self {
             Self::Positions(network) => network.energy(&positions(poses)),
             Self::Poses(graph) => graph.chi2(&plain(poses)),
+        }
+    }
+
+    /// The squared normalised residual of every measured link, in their order.
+    #[must_use]
+    pub fn residuals(&self, poses: &[Isometry2<f64>]) -> Vec<f64> {
+        match self {
+            Self::Positions(network) => {
+                let at = positions(poses);
+                (0..network.springs().len()).map(|spring| network.spring_energy(spring, &at)).collect()
+            }
+            Self::Poses(graph) => {
+                let at = plain(poses);
+                graph.springs().iter().map(|spring| spring.chi2(at[spring.from], at[spring.to])).collect()
+            }
+        }
+    }
+
+    /// The measured links, by their order, that truncated least squares leaves out, among those that are not trusted.
+    ///
+    /// # Errors
+    ///
+    /// Covariances too far apart for 64-bit numbers.
+    pub fn outvoted(&self, trusted: &[bool], bound: f64) -> Result<Vec<usize>, RelaxationError> {
+        let options =
+            RobustOptions { method: RobustMethod::TruncatedLeastSquares { bound }, ..RobustOptions::default() };
+        match self {
+            Self::Positions(network) => Ok(relax_robustly(network, trusted, &options)?.rejected),
+            Self::Poses(graph) => Ok(relax_poses_robustly(graph, trusted, &options, &PoseOptions::default())?.rejected),
         }
     }
 

@@ -1,5 +1,5 @@
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashMap, HashSet};
 
 use topo_map::{PlaceId, TopoMap};
 
@@ -14,27 +14,30 @@ pub(crate) struct Reach {
     pub(crate) path: f64,
 }
 
-/// The reach of every place from `start`, over the surest chains of measured links (Dijkstra on the variance).
+/// The reach from `start` of each place that is `wanted`, over the surest chains of measured links (Dijkstra on the
+/// variance); `None` where no chain leads.
 ///
-/// A chain is an upper bound: parallel chains would make the relative position surer, never less sure.
-pub(crate) fn reach_from<S>(map: &TopoMap<S>, start: PlaceId) -> Vec<Option<Reach>> {
-    let mut reach: Vec<Option<Reach>> = vec![None; map.places().len()];
+/// A chain is an upper bound: parallel chains would make the relative position surer, never less sure. The search ends
+/// with the last place wanted, so that where a robot drives through what it knows it costs what lies near.
+pub(crate) fn reach_from<S>(map: &TopoMap<S>, start: PlaceId, wanted: &[PlaceId]) -> Vec<Option<Reach>> {
+    let mut settled: HashMap<PlaceId, Reach> = HashMap::new();
+    let mut missing: HashSet<PlaceId> = wanted.iter().copied().collect();
     let mut heap = BinaryHeap::new();
     heap.push(Visit { place: start, reach: Reach { position_variance: 0.0, turn_variance: 0.0, path: 0.0 } });
-    while let Some(Visit { place, reach: found }) = heap.pop() {
-        let slot = &mut reach[place.index()];
-        if slot.is_some() {
+    while let Some(Visit { place, reach }) = heap.pop().filter(|_| !missing.is_empty()) {
+        if settled.contains_key(&place) {
             continue;
         }
-        *slot = Some(found);
+        settled.insert(place, reach);
+        missing.remove(&place);
         for link in map.links_of(place).filter(|link| link.is_measured()) {
             let next = link.other_end(place);
-            if reach[next.index()].is_none() {
-                heap.push(Visit { place: next, reach: extend(found, link) });
+            if !settled.contains_key(&next) {
+                heap.push(Visit { place: next, reach: extend(reach, link) });
             }
         }
     }
-    reach
+    wanted.iter().map(|place| settled.get(place).copied()).collect()
 }
 
 fn extend(reach: Reach, link: &topo_map::Link) -> Reach {

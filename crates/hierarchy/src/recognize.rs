@@ -2,8 +2,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Vector2};
-use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Signature, align, unseen_by_sonar};
-use topo_map::{Displacement, PlaceId, TopoMap, Turn};
+use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Descriptor, Signature, align, unseen_by_sonar};
+use topo_map::{Displacement, PlaceId, SignatureIndex, TopoMap, Turn};
 
 use crate::config::Config;
 use crate::coordinates::Coordinates;
@@ -31,7 +31,9 @@ pub(crate) struct Recognizer {
     spacing: f64,
     align: AlignOptions,
     stretch: VecDeque<View>,
-    closures: Vec<Closure>,
+    /// What every completed place looks like, in few numbers: for headings that hold, and in ones that no turn changes.
+    oriented: SignatureIndex,
+    unturned: SignatureIndex,
 }
 
 /// How far views can be believed.
@@ -81,6 +83,19 @@ pub enum Verdict {
         /// The most that did.
         agreed: usize,
     },
+    /// The views agreed, but the laser scans of the one place do not fit the walls of the other.
+    WallsDiffer {
+        /// How well they fit, in `[0, 1]`.
+        score: f64,
+    },
+}
+
+impl Closure {
+    /// Whether it is believed.
+    #[must_use]
+    pub fn is_accepted(&self) -> bool {
+        matches!(self.verdict, Verdict::Accepted { .. })
+    }
 }
 
 impl std::fmt::Display for Verdict {
@@ -89,6 +104,7 @@ impl std::fmt::Display for Verdict {
             Self::Accepted { agreed, log_odds } => write!(f, "{agreed} views agree, log odds {log_odds:.1}"),
             Self::Contradicted { chi2 } => write!(f, "the map has the two {:.1} σ apart", chi2.sqrt()),
             Self::NoAgreement { agreed } => write!(f, "only {agreed} successive views agreed"),
+            Self::WallsDiffer { score } => write!(f, "the walls differ: scans fit with {score:.2}"),
         }
     }
 }
@@ -116,7 +132,6 @@ struct Likeness {
 #[derive(Debug, Clone, Copy)]
 struct Gate {
     known: PlaceId,
-    spot: Vector2<f64>,
     distance: f64,
     slack: f64,
     turn_window: f64,
@@ -144,6 +159,11 @@ const SAME_SPOT: f64 = 0.5;
 const SURE: f64 = 0.6;
 /// ...and so many of them.
 const ENOUGH: usize = 2;
+/// So many more are looked at, the most alike: a bound on the work where very many places may be the one. Far fewer would
+/// lose closures (8 lose every seventh on simulated sonar), since what is recognised is a stretch, not its best view.
+const LIKELY: usize = 24;
+/// Headings known this well, in radians, do not blur a descriptor: half of one of its 16 sectors.
+const ORIENTED: f64 = 0.2;
 /// Places in a stretch.
 const STRETCH: usize = 10;
 /// The least standard deviation of an alignment: half a cell and the walls' own roughness, in metres.
@@ -171,18 +191,9 @@ impl Recognizer {
             spacing: config.places.spacing_m,
             align: AlignOptions::default(),
             stretch: VecDeque::new(),
-            closures: Vec::new(),
+            oriented: index(),
+            unturned: index(),
         }
-    }
-
-    /// A recognizer that remembers its decisions and begins a new stretch.
-    pub(crate) fn restored(config: &Config, closures: Vec<Closure>) -> Self {
-        Self { closures, ..Self::new(config) }
-    }
-
-    /// Every resemblance that was decided, in the order of the decisions.
-    pub(crate) fn closures(&self) -> &[Closure] {
-        &self.closures
     }
 
     /// Weighs a completed place, and with it the stretch that ends there; answers the resemblances decided by now.
@@ -199,33 +210,26 @@ impl Recognizer {
         {
             decided.extend(view.forgotten(coordinates));
         }
-        let reach = reach_from(map, place);
-        let likenesses = self.compare(map, coordinates, place, &reach, sensing);
+        let likenesses = self.compare(map, coordinates, place, sensing);
+        if let Some(signature) = map.place(place).and_then(|place| place.signature()) {
+            self.learn(place, signature);
+        }
         self.stretch.push_back(View { place, likenesses, most_agreed: 0 });
         decided.extend(self.decide(coordinates));
-        self.closures.extend(decided.iter().copied());
         decided
-    }
-
-    /// Keeps decisions that were made elsewhere.
-    pub(crate) fn remember(&mut self, closures: &[Closure]) {
-        self.closures.extend_from_slice(closures);
     }
 
     /// Nothing more will come: what still waits is refused.
     pub(crate) fn finish(&mut self, coordinates: &Coordinates) -> Vec<Closure> {
-        let decided: Vec<Closure> = self.stretch.drain(..).flat_map(|view| view.forgotten(coordinates)).collect();
-        self.closures.extend(decided.iter().copied());
-        decided
+        self.stretch.drain(..).filter_map(|view| view.forgotten(coordinates)).collect()
     }
 
-    /// Compares a place with every old place on which it may lie.
+    /// Compares a place with the old places on which it may lie.
     fn compare(
         &self,
         map: &TopoMap<Arc<Signature>>,
         coordinates: &Coordinates,
         place: PlaceId,
-        reach: &[Option<Reach>],
         sensing: Sensing,
     ) -> Vec<Likeness> {
         // What sonars cannot see along a corridor is the same against every old place.
@@ -234,32 +238,62 @@ impl Recognizer {
             Sensing::Faithful => Matrix2::zeros(),
         };
         let Some(new) = map.place(place).and_then(|place| place.signature()) else { return Vec::new() };
+        let at = |place| coordinates.map_from_place(place).translation.vector;
+        let here = at(place);
+        let near = |known: &PlaceId| (at(*known) - here).norm() <= WIDEST_GATE + OVERLAP;
+        let old = map.places().iter().filter(|known| known.id != place && known.is_visited()).map(|known| known.id);
+        let near: Vec<PlaceId> = old.filter(near).collect();
         let mut gates: Vec<Gate> = Vec::new();
-        for known in map.places().iter().filter(|known| known.id != place && known.is_visited()) {
-            let Some(reach) = reach.get(known.id.index()).copied().flatten() else { continue };
-            // A spot that was visited many times is compared once, with its first visit.
-            let spot = coordinates.map_from_place(known.id).translation.vector;
-            if gates.iter().all(|other| (other.spot - spot).norm() >= SAME_SPOT) {
-                gates.extend(self.gate(&reach, coordinates, place, known.id));
+        for (known, reach) in near.iter().zip(reach_from(map, place, &near)) {
+            // A spot that was visited many times is compared once, with its first visit that has something to tell.
+            let spot = at(*known);
+            if gates.iter().all(|other| (at(other.known) - spot).norm() >= SAME_SPOT) {
+                gates.extend(reach.and_then(|reach| self.gate(*known, (spot - here).norm(), &reach)));
             }
         }
+        let by_distance = |a: &Gate, b: &Gate| a.distance.total_cmp(&b.distance).then(a.known.cmp(&b.known));
+        gates.sort_by(by_distance);
         if gates.iter().all(|gate| gate.slack < SURE) {
-            gates.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.known.cmp(&b.known)));
             gates.truncate(ENOUGH);
         }
+        self.keep_likely(&mut gates, new);
         let signature = |gate: &Gate| map.place(gate.known).and_then(|known| known.signature());
         let unseen = unseen(new);
         gates.iter().filter_map(|gate| Some(self.look(new, signature(gate)?, gate, &unseen))).collect()
     }
 
     /// How far a place may lie from an old one; `None` where they cannot be the same or have nothing to tell each other.
-    fn gate(&self, reach: &Reach, coordinates: &Coordinates, place: PlaceId, known: PlaceId) -> Option<Gate> {
-        let spot = coordinates.map_from_place(known).translation.vector;
-        let distance = (spot - coordinates.map_from_place(place).translation.vector).norm();
+    fn gate(&self, known: PlaceId, distance: f64, reach: &Reach) -> Option<Gate> {
         let slack = (self.gate_sigma * sigma(reach)).min(WIDEST_GATE);
         let turn_window = (3.0 * reach.turn_variance.sqrt()).min(std::f64::consts::PI);
         let possible = reach.path >= RECENT_SPACINGS * self.spacing && distance <= slack + OVERLAP;
-        possible.then_some(Gate { known, spot, distance, slack, turn_window })
+        possible.then_some(Gate { known, distance, slack, turn_window })
+    }
+
+    /// Of many gates those nearest by coordinates, and those that the index of signatures finds most alike.
+    fn keep_likely(&self, gates: &mut Vec<Gate>, new: &Signature) {
+        if gates.len() <= ENOUGH + LIKELY {
+            return;
+        }
+        let gated: Vec<PlaceId> = gates.iter().map(|gate| gate.known).collect();
+        let turned = gates.iter().any(|gate| gate.turn_window > ORIENTED);
+        let (index, descriptor) = match turned {
+            true => (&self.unturned, new.turn_invariant_descriptor()),
+            false => (&self.oriented, new.descriptor()),
+        };
+        let alike = index.nearest(&descriptor.0, LIKELY, |place| gated.contains(&place)).unwrap_or_default();
+        let mut kept = 0;
+        gates.retain(|gate| {
+            kept += 1;
+            kept <= ENOUGH || alike.iter().any(|found| found.place == gate.known)
+        });
+    }
+
+    /// Remembers what a completed place looks like.
+    pub(crate) fn learn(&mut self, place: PlaceId, signature: &Signature) {
+        let learnt = self.oriented.insert(place, &signature.descriptor().0);
+        let learnt = learnt.and(self.unturned.insert(place, &signature.turn_invariant_descriptor().0));
+        debug_assert!(learnt.is_ok(), "descriptors have one length and finite numbers");
     }
 
     /// Compares two signatures near their centres, whatever the coordinates say: those judge the shift, not the view.
@@ -392,6 +426,10 @@ impl Likeness {
         let shift = shift(place, self.known, &displacement, coordinates).0.norm();
         Some(Closure { place, known: self.known, displacement, score: self.score, shift, verdict })
     }
+}
+
+fn index() -> SignatureIndex {
+    SignatureIndex::new(Descriptor::LENGTH, 0.0..=1.0).expect("32 numbers between 0 and 1")
 }
 
 /// By how much a place would have to move, in the map, for an alignment to hold; with its covariance.

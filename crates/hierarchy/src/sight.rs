@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Isometry2, Point2, Vector2};
 use robot_log::local_grid::{
     FrameError, FuzzyGrid, Grid, GridFrame, LaserRay, SensorKind, Signature, SignatureOptions, SonarCone,
 };
@@ -22,22 +22,32 @@ pub(crate) struct Sight {
 const RESOLUTION: f64 = 0.1;
 
 impl Sight {
-    /// What the scans say of the surroundings of a point of the track frame, with that point as origin.
+    /// What a place looks like, in its own axes.
     pub(crate) fn signature(
         &self,
-        track_from_place: Point2<f64>,
+        track_from_place: &Isometry2<f64>,
         samples: &[Sample],
     ) -> Result<Arc<Signature>, FrameError> {
+        Ok(self.cut(&self.grid(track_from_place, samples)?))
+    }
+
+    /// The signature of a local grid that has a place at its origin.
+    pub(crate) fn cut(&self, grid: &FuzzyGrid) -> Arc<Signature> {
+        Arc::new(Signature::cut(grid, Point2::origin(), &self.options))
+    }
+
+    /// What the scans say of the surroundings of a place, as a grid in its own axes.
+    pub(crate) fn grid(&self, track_from_place: &Isometry2<f64>, samples: &[Sample]) -> Result<FuzzyGrid, FrameError> {
         let half = Vector2::repeat(0.5 * self.options.size);
-        let frame = GridFrame::covering(track_from_place - half, track_from_place + half, RESOLUTION)?;
+        let frame = GridFrame::covering(Point2::from(-half), Point2::from(half), RESOLUTION)?;
         let mut grid: FuzzyGrid = Grid::new(frame);
         for sample in samples {
-            let pose = &sample.track_from_robot;
+            let pose = &track_from_place.inv_mul(&sample.track_from_robot);
             match sample.scan.sensor().kind() {
                 SensorKind::Sonar => grid.integrate(&self.sonar, pose, &sample.scan),
                 SensorKind::Laser | SensorKind::Infrared => grid.integrate(&self.laser, pose, &sample.scan),
             }
         }
-        Ok(Arc::new(Signature::cut(&grid, track_from_place, &self.options)))
+        Ok(grid)
     }
 }

@@ -34,7 +34,9 @@ impl Tally {
             _ if !stamp.is_finite() => Some("the stamp"),
             EntryKind::Odometry { odom_from_robot } if !is_finite(odom_from_robot) => Some("the odometry"),
             EntryKind::Scan { odom_from_robot: Some(pose), .. } if !is_finite(pose) => Some("the odometry"),
-            EntryKind::Heading { heading, deviation } if !(heading.radians() + deviation).is_finite() => {
+            EntryKind::Heading { heading, deviation } | EntryKind::Gyro { heading, deviation }
+                if !(heading.radians() + deviation).is_finite() =>
+            {
                 Some("the heading")
             }
             EntryKind::Recognition { earlier, similarity } if !(earlier + similarity).is_finite() => {

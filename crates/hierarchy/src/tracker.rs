@@ -2,6 +2,7 @@ use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
 use robot_log::local_grid::{Heading, Match};
 
 use crate::config::{Config, HeadingMode};
+use crate::gyro::{Gyro, HeadingDrift, RestWatch};
 use crate::session::SessionError;
 use crate::session::records::{StoredTracker, isometry, pose};
 
@@ -26,6 +27,10 @@ pub struct Tracker {
     tied: bool,
     travelled: f64,
     since_place: Travel,
+    rest: RestWatch,
+    /// What was taken for a compass until it turned while the robot stood still, with the seconds since it first spoke.
+    gyro: Option<Gyro>,
+    first_heading: Option<f64>,
 }
 
 /// What was driven between two moments, with the uncertainty that it gathered.
@@ -81,7 +86,23 @@ impl Tracker {
             tied: false,
             travelled: 0.0,
             since_place: Travel::default(),
+            rest: RestWatch::default(),
+            gyro: None,
+            first_heading: None,
         }
+    }
+
+    pub(crate) fn heading_drift(&self) -> HeadingDrift {
+        HeadingDrift {
+            rest: self.rest.clone(),
+            gyro: self.gyro.as_ref().map(Gyro::stored),
+            first_heading: self.first_heading,
+        }
+    }
+
+    pub(crate) fn with_heading_drift(self, drift: HeadingDrift) -> Self {
+        let HeadingDrift { rest, gyro, first_heading } = drift;
+        Self { rest, gyro: gyro.map(Gyro::restored), first_heading, ..self }
     }
 
     pub(crate) fn state(&self) -> StoredTracker {
@@ -133,6 +154,12 @@ impl Tracker {
         self.seen_compass
     }
 
+    /// Whether a gyro tells the turns, which drifts and so holds no heading.
+    #[must_use]
+    pub fn has_gyro(&self) -> bool {
+        self.gyro.is_some()
+    }
+
     /// Says that places hold the track frame from now on: the first compass reading no longer turns it.
     pub fn tie(&mut self) {
         self.tied = true;
@@ -147,6 +174,9 @@ impl Tracker {
     /// Starts to gather uncertainty anew, from a place.
     pub fn depart(&mut self) {
         self.since_place = Travel::default();
+        if let Some(gyro) = &mut self.gyro {
+            gyro.depart();
+        }
     }
 
     /// Follows the odometry to its next pose; the first pose sets where it starts.
@@ -172,6 +202,12 @@ impl Tracker {
         self.since_place.path += length;
         self.since_place.turn_variance += turn_noise;
         self.heading_variance += turn_noise;
+        if length > 0.0 || turn > 0.0 {
+            self.rest.moved();
+        }
+        if let Some(gyro) = &mut self.gyro {
+            gyro.turned(turn_noise);
+        }
         self.travelled += length;
         self.since_compass += length;
         self.track_from_robot *= step;
@@ -183,12 +219,26 @@ impl Tracker {
     ///
     /// A compass indoors is disturbed by a field that stays the same over some distance: readings closer together
     /// than that are not independent, so that each counts only for the path driven since the last.
-    pub fn observe_heading(&mut self, heading: Heading, deviation: f64) -> Option<Isometry2<f64>> {
+    ///
+    /// What goes on turning while the robot stands still is no compass but a gyro, and tells turns from then on.
+    pub fn observe_heading(&mut self, stamp: f64, heading: Heading, deviation: f64) -> Option<Isometry2<f64>> {
         if matches!(self.source, HeadingMode::Structure | HeadingMode::Odometry) {
             return None;
         }
-        let believed = Heading::from_radians(self.track_from_robot.rotation.angle());
-        let innovation = heading + -self.compass_offset - believed;
+        let passed = self.rest.read(stamp, heading.radians());
+        if self.gyro.is_some() {
+            self.turn_by_gyro(passed.unwrap_or(0.0), heading);
+            return None;
+        }
+        let elapsed = stamp - *self.first_heading.get_or_insert(stamp);
+        if let (HeadingMode::Auto, Some(drift), true) = (self.source, self.rest.drift(), self.seen_compass) {
+            let held = innovation_of(heading, self.compass_offset + drift.0 * elapsed, &self.track_from_robot);
+            self.turn_in_place(held);
+            self.gyro = Some(Gyro::drifting(drift, elapsed));
+            self.seen_compass = false;
+            return None;
+        }
+        let innovation = innovation_of(heading, self.compass_offset, &self.track_from_robot);
         let variance = deviation.powi(2) + self.noise.compass_disturbance;
         if !self.seen_compass {
             self.seen_compass = true;
@@ -209,10 +259,39 @@ impl Tracker {
         let gain = self.heading_variance / (self.heading_variance + variance / novelty);
         self.since_compass = 0.0;
         self.heading_variance *= 1.0 - gain;
-        let turned = Isometry2::rotation(innovation * gain);
-        let position = self.track_from_robot.translation;
-        self.track_from_robot = Isometry2::from_parts(position, turned.rotation * self.track_from_robot.rotation);
+        self.turn_in_place(innovation * gain);
         None
+    }
+
+    /// Takes into account what a gyro has added up; the turn of the frame, where `--heading compass` takes it for one.
+    pub fn observe_gyro(&mut self, stamp: f64, heading: Heading, deviation: f64) -> Option<Isometry2<f64>> {
+        match self.source {
+            HeadingMode::Structure | HeadingMode::Odometry => return None,
+            HeadingMode::Compass => return self.observe_heading(stamp, heading, deviation),
+            HeadingMode::Auto => {}
+        }
+        let passed = self.rest.read(stamp, heading.radians());
+        if self.gyro.is_none() {
+            self.gyro = Some(Gyro::new(deviation));
+            self.compass_offset = innovation_of(heading, 0.0, &self.track_from_robot);
+        }
+        self.turn_by_gyro(passed.unwrap_or(0.0), heading);
+        None
+    }
+
+    fn turn_by_gyro(&mut self, seconds: f64, reading: Heading) {
+        let Some(gyro) = &mut self.gyro else { return };
+        let believed = self.track_from_robot.rotation.angle() + self.compass_offset;
+        let correction = gyro.read(seconds, reading.radians(), believed);
+        self.since_place.turn_variance = self.since_place.turn_variance.min(gyro.turn_variance());
+        self.turn_in_place(correction);
+    }
+
+    /// Turns the robot, and nothing before.
+    pub(crate) fn turn_in_place(&mut self, turn: f64) {
+        let position = self.track_from_robot.translation;
+        let turned = nalgebra::UnitComplex::new(turn) * self.track_from_robot.rotation;
+        self.track_from_robot = Isometry2::from_parts(position, turned);
     }
 
     /// Replaces the pose by the one at which a scan fits its surroundings.
@@ -228,6 +307,11 @@ impl Tracker {
         self.since_place.turn_variance = fused[(2, 2)];
         self.heading_variance = self.heading_variance.min(fused[(2, 2)]);
     }
+}
+
+/// By how much a reading that is `offset` too large exceeds the heading that the pose has, in `(−π, π]`.
+fn innovation_of(reading: Heading, offset: f64, track_from_robot: &Isometry2<f64>) -> f64 {
+    reading + -offset - Heading::from_radians(track_from_robot.rotation.angle())
 }
 
 impl Travel {
@@ -272,7 +356,7 @@ mod tests {
     fn the_first_compass_reading_turns_the_frame() {
         let mut tracker = Tracker::new(&Config::default());
         tracker.follow(Isometry2::identity());
-        let turn = tracker.observe_heading(Heading::from_radians(1.0), 0.01).unwrap();
+        let turn = tracker.observe_heading(0.0, Heading::from_radians(1.0), 0.01).unwrap();
         approx::assert_relative_eq!(turn.rotation.angle(), 1.0);
         approx::assert_relative_eq!(tracker.track_from_robot().rotation.angle(), 1.0);
     }
@@ -282,7 +366,7 @@ mod tests {
         let mut tracker = Tracker::new(&Config::default());
         tracker.follow(Isometry2::identity());
         tracker.tie();
-        assert_eq!(tracker.observe_heading(Heading::from_radians(1.0), 0.01), None);
+        assert_eq!(tracker.observe_heading(0.0, Heading::from_radians(1.0), 0.01), None);
         approx::assert_relative_eq!(tracker.track_from_robot().rotation.angle(), 0.0);
     }
 
@@ -292,7 +376,7 @@ mod tests {
         let mut odometry = Isometry2::identity();
         tracker.follow(odometry);
         for _ in 0..2000 {
-            tracker.observe_heading(Heading::from_radians(0.0), 0.01);
+            tracker.observe_heading(0.0, Heading::from_radians(0.0), 0.01);
             odometry *= Isometry2::new(Vector2::new(0.1, 0.0), 0.001); // 0.57° per metre
             tracker.follow(odometry);
         }
@@ -304,7 +388,7 @@ mod tests {
         let mut tracker = Tracker::new(&Config::default());
         tracker.follow(Isometry2::identity());
         for _ in 0..1000 {
-            tracker.observe_heading(Heading::from_radians(0.0), 0.01);
+            tracker.observe_heading(0.0, Heading::from_radians(0.0), 0.01);
         }
         assert!(tracker.heading_variance > 0.9 * 4f64.to_radians().powi(2));
     }

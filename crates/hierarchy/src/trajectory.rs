@@ -86,6 +86,13 @@ impl Trajectory {
         }
     }
 
+    /// The samples taken while the robot drove from `from` to `to` metres.
+    pub(crate) fn driven(&self, from: f64, to: f64) -> &[Sample] {
+        let first = self.samples.partition_point(|sample| sample.travelled < from);
+        let last = self.samples.partition_point(|sample| sample.travelled <= to);
+        &self.samples[first..last.max(first)]
+    }
+
     /// The robot in the map at every sample, given where the map has the places.
     ///
     /// Empty while there is no anchor.

@@ -3,7 +3,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use hierarchy::{Config, Mapper, Truth};
-use robot_log::{Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
+use robot_log::{CarmenOptions, Clock, Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
 
 /// The log that the repository ships.
 pub(crate) fn office_loop() -> Vec<Entry> {
@@ -26,6 +26,13 @@ pub(crate) fn entries(files: &[PathBuf], robot: Option<&str>) -> Vec<Entry> {
     let robot = robot.map(|name| RobotDescription::builtin(name).unwrap());
     let log = open_log(files.iter().map(input).collect(), &ReadOptions { robot, ..ReadOptions::default() }).unwrap();
     log.map(Result::unwrap).collect()
+}
+
+/// The entries of a CARMEN log whose stamps cannot be used.
+pub(crate) fn stampless(file: &Path) -> Vec<Entry> {
+    let input = Input::new(file.display().to_string(), BufReader::new(File::open(file).unwrap()));
+    let carmen = CarmenOptions { clock: Clock::Counted { period: 1.0 }, lenient: true, ..CarmenOptions::default() };
+    open_log(vec![input], &ReadOptions { carmen, ..ReadOptions::default() }).unwrap().map(Result::unwrap).collect()
 }
 
 pub(crate) fn map(entries: &[Entry], config: Config) -> Mapper {

@@ -23,7 +23,7 @@ pub use frame::{FrameError, GridFrame};
 pub use grid::{FuzzyGrid, Grid};
 pub use heading::Heading;
 pub use local_map::{LocalMap, LocalMapError, LocalMapOptions};
-pub use scan::{Beam, RangeSensor, Reading, Scan, ScanError, SensorError, SensorKind};
+pub use scan::{Beam, RangeSensor, Reading, Scan, ScanError, SensorError, SensorKind, Sweep};
 pub use scan_match::{
     Echo, Fit, Match, MatchOptions, Prior, SearchWindow, TrackOptions, echoes, judge, refine, search, thinned, track,
 };

@@ -208,6 +208,41 @@ pub enum Reading {
 pub struct Scan {
     sensor: Arc<RangeSensor>,
     readings: Arc<[Reading]>,
+    sweep: Option<Sweep>,
+}
+
+/// How a robot moved while its scanner turned, from the first beam of a scan to the last.
+///
+/// A scanner that turns ten times a second on a robot that turns by 90° a second shears what it sees by several degrees,
+/// which no matching repairs: each wall is straight, but stands askew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sweep {
+    /// Metres ahead and to the left, in the robot's own axes, which turn with it.
+    pub step: Vector2<f64>,
+    /// Radians.
+    pub turn: f64,
+}
+
+impl Sweep {
+    /// The part of a `motion` that took `seconds` in which a scan of `sweep` seconds was taken.
+    ///
+    /// `None` where nothing moved, or no time passed in which it could.
+    #[must_use]
+    pub fn during(motion: &Isometry2<f64>, seconds: f64, sweep: f64) -> Option<Self> {
+        let share = sweep / seconds;
+        let whole_turn = motion.rotation.angle();
+        // A chord points half a turn away from where the robot faced at its beginning.
+        let ahead = nalgebra::Rotation2::new(-0.5 * whole_turn) * motion.translation.vector;
+        let (step, turn) = (ahead * share, whole_turn * share);
+        let moved = share.is_finite() && (step.norm() > 0.0 || turn != 0.0);
+        moved.then_some(Self { step, turn })
+    }
+
+    /// The robot at the beam `before` sweeps before the last, in its frame at the last: a constant velocity.
+    fn robot_then(&self, before: f64) -> Isometry2<f64> {
+        let turn = -self.turn * before;
+        Isometry2::new(nalgebra::Rotation2::new(0.5 * turn) * (self.step * -before), turn)
+    }
 }
 
 /// Why a scan cannot exist.
@@ -269,7 +304,19 @@ impl Scan {
                 return Err(ScanError::Range { name: sensor.name.clone(), beam, range, min, max });
             }
         }
-        Ok(Self { sensor, readings: readings.into() })
+        Ok(Self { sensor, readings: readings.into(), sweep: None })
+    }
+
+    /// The same scan, of which the robot moved by `sweep` from the first beam to the last; its pose is that of the last.
+    #[must_use]
+    pub fn swept(self, sweep: Sweep) -> Self {
+        Self { sweep: Some(sweep), ..self }
+    }
+
+    /// How the robot moved meanwhile; `None` where all beams count as fired at once.
+    #[must_use]
+    pub fn sweep(&self) -> Option<&Sweep> {
+        self.sweep.as_ref()
     }
 
     /// A firing of `sensor` from raw ranges in metres: below the minimum (or NaN) is invalid, above the maximum no echo.
@@ -296,9 +343,14 @@ impl Scan {
 
     /// Every beam with what it read.
     pub fn beams(&self) -> impl Iterator<Item = Beam> + '_ {
-        let pair =
-            |(mount, reading): (&Isometry2<f64>, &Reading)| Beam { robot_from_sensor: *mount, reading: *reading };
-        self.sensor.mounts.iter().zip(self.readings.iter()).map(pair)
+        #[expect(clippy::cast_precision_loss, reason = "a scan has few beams")]
+        let share = 1.0 / (self.readings.len().max(2) - 1) as f64;
+        let pair = move |(left, (mount, reading)): (usize, (&Isometry2<f64>, &Reading))| {
+            #[expect(clippy::cast_precision_loss, reason = "a scan has few beams")]
+            let then = self.sweep.map(|sweep| sweep.robot_then(1.0 - left as f64 * share));
+            Beam { robot_from_sensor: then.map_or(*mount, |then| then * mount), reading: *reading }
+        };
+        self.sensor.mounts.iter().zip(self.readings.iter()).enumerate().map(pair)
     }
 
     /// Where the echoes came from, in the robot's frame, in metres; beams without echo give nothing.
@@ -349,6 +401,28 @@ mod tests {
         assert_eq!(scan.readings()[2], Reading::Echo(1.0));
         assert_eq!(scan.readings()[15], Reading::NoEcho);
         assert_eq!(scan.echo_points().count(), 12); // 0.5, 1.0, …, 6.0
+    }
+
+    #[test]
+    fn a_scan_taken_on_the_move_is_set_right() {
+        // A robot that turns left by 0.2 rad and drives 0.1 m while its fan of five rays sweeps, before a wall at x = 2.
+        let fan = RangeSensor::fan("laser", Isometry2::identity(), -0.4, 0.2, 5, 0.05..=10.0).unwrap();
+        let motion = Isometry2::new(Vector2::new(0.2, 0.0), 0.4);
+        let sweep = Sweep::during(&motion, 0.2, 0.1).unwrap();
+        approx::assert_relative_eq!(sweep.turn, 0.2);
+        let last = Isometry2::new(Vector2::new(0.05, 0.0), 0.1);
+        let still = Scan::from_ranges(Arc::new(fan.clone()), [1.0; 5]).unwrap().swept(sweep);
+        let ranges = still.beams().map(|beam| {
+            let ray = last * beam.robot_from_sensor;
+            (2.0 - ray.translation.x) / ray.rotation.angle().cos()
+        });
+        let scan = Scan::from_ranges(Arc::new(fan), ranges.collect::<Vec<_>>()).unwrap().swept(sweep);
+        for point in scan.echo_points() {
+            approx::assert_relative_eq!((last * nalgebra::Point2::from(point)).x, 2.0, epsilon = 1e-6);
+        }
+        let first = scan.beams().next().unwrap().robot_from_sensor;
+        approx::assert_relative_eq!(first.rotation.angle(), -0.6, epsilon = 1e-12);
+        assert!(first.translation.x < -0.09 && Sweep::during(&motion, 0.0, 0.1).is_none());
     }
 
     #[test]

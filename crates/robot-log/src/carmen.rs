@@ -69,7 +69,7 @@ impl Default for CarmenOptions {
 /// | `FLASER`, `RLASER`, `ROBOTLASER1`, `ROBOTLASER2` | [`EntryKind::Scan`] with the robot's odometry; the laser's mount is the difference of the line's two poses |
 /// | `RAWLASER1` … `RAWLASER4` | [`EntryKind::Scan`] without odometry; left out where the log also carries the same laser with its pose |
 /// | `SONAR` | [`EntryKind::Scan`] without odometry |
-/// | `IMU` | [`EntryKind::Heading`], the yaw of its quaternion |
+/// | `IMU` | [`EntryKind::Heading`], the yaw of its quaternion; [`EntryKind::Gyro`] after `PARAM imu_kind gyro` |
 /// | `TRUEPOS` | [`EntryKind::Truth`] |
 /// | `LOOP` (our own, see [`CarmenWriter`](crate::CarmenWriter)) | [`EntryKind::Recognition`] |
 /// | `PARAM` | none; mounts and range limits are taken from it |

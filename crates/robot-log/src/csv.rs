@@ -1,6 +1,8 @@
 use std::collections::VecDeque;
 use std::io::BufRead;
 
+use local_grid::nalgebra::Isometry2;
+
 use crate::clock::Watch;
 use crate::description::{RobotDescription, Table};
 use crate::entry::Entry;
@@ -19,7 +21,7 @@ use fields::Fields;
 
 /// A table of numbers of a described robot, plain or compressed with gzip, as a stream of entries.
 ///
-/// A line gives, in this order: its heading, then its scans with the odometry of the line, or the odometry alone where it has no ranges.
+/// A line gives, in this order: its odometry where it has a heading or no ranges, its heading, and its scans with the odometry of the line.
 /// Blank lines and lines that begin with `#` are no rows.
 ///
 /// ```
@@ -28,7 +30,7 @@ use fields::Fields;
 /// let robot = RobotDescription::builtin("bigwheel").unwrap();
 /// let text = "2,2,51,72,89,10,60,472,496\n14,16,52,64,95,10,60,469,497\n";
 /// let entries = CsvReader::new("garden.csv", text.as_bytes(), &robot, false)?.collect::<Result<Vec<_>, _>>()?;
-/// let EntryKind::Heading { heading, .. } = entries[0].kind else { panic!() };
+/// let EntryKind::Gyro { heading, .. } = entries[1].kind else { panic!() };
 /// assert_eq!(heading.radians(), -51f64.to_radians()); // its gyro counts clockwise
 /// # Ok::<(), robot_log::LogError>(())
 /// ```
@@ -113,6 +115,9 @@ struct Rows {
     tables: Vec<Table>,
     fields: Fields,
     odometry: DeadReckoning,
+    /// The latest odometry with its stamp, and the latest motion with the seconds that it took.
+    latest: Option<(f64, Isometry2<f64>)>,
+    motion: Option<(Isometry2<f64>, f64)>,
     watch: Watch,
     /// The stamp of the latest row of a file without stamps.
     counted: Option<f64>,
@@ -139,6 +144,8 @@ impl Rows {
             tables,
             fields: Fields::default(),
             odometry: DeadReckoning::default(),
+            latest: None,
+            motion: None,
             watch: Watch::new(Self::HOLD),
             counted: None,
             lines: 0,
@@ -163,6 +170,12 @@ impl Rows {
             return Ok(());
         }
         row::read(self, index, line, report)
+    }
+
+    /// Notes where the odometry is at `stamp`, and how it got there.
+    fn follow(&mut self, stamp: f64, odom_from_robot: Isometry2<f64>) {
+        let moved = |(before, pose): (f64, Isometry2<f64>)| (pose.inv_mul(&odom_from_robot), stamp - before);
+        self.motion = self.latest.replace((stamp, odom_from_robot)).map(moved);
     }
 
     /// Whether the line, cut as table `index` wants it, is a row of that table.

@@ -40,6 +40,13 @@ pub enum EntryKind {
         /// How alike the two views are: more is more alike, on whatever scale the recogniser has.
         similarity: f64,
     },
+    /// The turns that a gyro has added up: free of wheels that slip, but drifting, so no absolute heading.
+    Gyro {
+        /// The sum, from an arbitrary beginning.
+        heading: Heading,
+        /// The standard deviation in radians of one reading, its drift left aside.
+        deviation: f64,
+    },
     /// Where the robot really was, for evaluation only; the mapper never looks at it.
     Truth {
         /// The robot's true pose in the map frame of the experiment.

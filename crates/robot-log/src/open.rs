@@ -68,8 +68,8 @@ pub struct LogReader {
 /// One file of a log.
 #[derive(Debug)]
 pub(crate) enum Stream {
-    Carmen(CarmenReader<Input>),
-    Csv(CsvReader<Input>),
+    Carmen(Box<CarmenReader<Input>>),
+    Csv(Box<CsvReader<Input>>),
     Rsf(RsfReader),
 }
 
@@ -101,11 +101,13 @@ impl Stream {
         let Source { reader, head } = Source::new(&name, input)?;
         match &options.robot {
             Some(_) if head.contains(&0) => Err(LogError::whole(name, LogErrorKind::Binary)),
-            Some(robot) => CsvReader::from_source(name, reader, robot, options.carmen.lenient).map(Self::Csv),
+            Some(robot) => CsvReader::from_source(name, reader, robot, options.carmen.lenient)
+                .map(|reader| Self::Csv(Box::new(reader))),
             None if RsfReader::recognizes(&head) => {
                 RsfReader::from_source(name, reader, options.carmen.lenient).map(Self::Rsf)
             }
-            None => CarmenReader::from_source(name, reader, &head, options.carmen.clone()).map(Self::Carmen),
+            None => CarmenReader::from_source(name, reader, &head, options.carmen.clone())
+                .map(|reader| Self::Carmen(Box::new(reader))),
         }
     }
 }

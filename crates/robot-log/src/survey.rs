@@ -33,7 +33,7 @@ pub struct Survey {
     pub poses: u64,
     /// Scans of all sensors.
     pub scans: u64,
-    /// Absolute headings.
+    /// Headings of a compass, an inertial unit or a gyro.
     pub headings: u64,
     /// Recognitions that the robot's own recogniser claims.
     pub recognitions: u64,
@@ -92,7 +92,7 @@ impl Survey {
                 odom_from_robot.iter().for_each(|pose| self.pose(pose, entry.stamp));
                 self.scan(scan, entry.stamp);
             }
-            EntryKind::Heading { .. } => self.headings += 1,
+            EntryKind::Heading { .. } | EntryKind::Gyro { .. } => self.headings += 1,
             EntryKind::Recognition { .. } => self.recognitions += 1,
             EntryKind::Truth { .. } => self.truths += 1,
         }

@@ -51,7 +51,8 @@ impl<W: Write> CarmenWriter<W> {
         match &entry.kind {
             EntryKind::Odometry { odom_from_robot } => self.odometry(odom_from_robot, stamp),
             EntryKind::Scan { odom_from_robot, scan } => self.scan(odom_from_robot.as_ref(), scan, stamp),
-            EntryKind::Heading { heading, deviation } => self.heading(*heading, *deviation, stamp),
+            EntryKind::Heading { heading, deviation } => self.heading("compass", *heading, *deviation, stamp),
+            EntryKind::Gyro { heading, deviation } => self.heading("gyro", *heading, *deviation, stamp),
             EntryKind::Recognition { earlier, similarity } => {
                 write!(self.out, "LOOP {earlier} {similarity}")?;
                 self.end(stamp)
@@ -85,7 +86,10 @@ impl<W: Write> CarmenWriter<W> {
         self.end(stamp)
     }
 
-    fn heading(&mut self, heading: Heading, deviation: f64, stamp: f64) -> io::Result<()> {
+    fn heading(&mut self, kind: &str, heading: Heading, deviation: f64, stamp: f64) -> io::Result<()> {
+        if kind != "compass" || self.params.contains_key(&name_of("IMU", Param::Kind)) {
+            self.param("IMU", Param::Kind, kind.to_owned())?;
+        }
         self.param("IMU", Param::Deviation, deviation.to_string())?;
         let (sin, cos) = (heading.radians() / 2.0).sin_cos();
         write!(self.out, "IMU 0 0 0 {cos} 0 0 {sin} 0 0 0 0 0 0")?;

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::BufReader;
 
+use robot_log::local_grid::nalgebra::{Isometry2, Point2, Vector2};
 use robot_log::local_grid::{Reading, Scan};
 use robot_log::{CarmenOptions, Entry, EntryKind, Input, ReadOptions, RobotDescription, Survey, open_log};
 
@@ -77,21 +78,34 @@ fn bigwheel() {
             return;
         };
         assert_eq!((survey.headings, survey.scans), (rows, 2 * rows));
-        let poses: Vec<_> = entries
-            .iter()
-            .filter_map(|entry| match &entry.kind {
-                EntryKind::Scan { odom_from_robot, .. } => *odom_from_robot,
-                _ => None,
-            })
-            .collect();
-        let ends = poses[poses.len() - 1].translation.vector - poses[0].translation.vector;
-        println!("  end gap {:.2} m", ends.norm());
+        let (low, high, end) = drawn_along_headings(&entries);
+        println!("  box {:.1} × {:.1} m, end gap {:.2} m", high.x - low.x, high.y - low.y, end.coords.norm());
         close(survey.path_length, path, 0.1 * path);
-        // The published boxes draw each step along its last heading instead of its mean one.
-        close(survey.extent().0, box_.0, 0.05 * box_.0 + 0.1);
-        close(survey.extent().1, box_.1, 0.05 * box_.1 + 0.1);
-        close(ends.norm(), gap, 0.05 * gap + 0.25);
+        close(high.x - low.x, box_.0, 0.06);
+        close(high.y - low.y, box_.1, 0.06);
+        close(end.coords.norm(), gap, 0.02);
     }
+}
+
+/// The box and the end of a path whose steps are those of the wheels, each along the heading that follows it.
+fn drawn_along_headings(entries: &[Entry]) -> (Point2<f64>, Point2<f64>, Point2<f64>) {
+    let (mut low, mut high, mut at) = (Point2::origin(), Point2::origin(), Point2::origin());
+    let (mut odometry, mut step) = (Isometry2::identity(), 0.0);
+    for entry in entries {
+        match &entry.kind {
+            EntryKind::Odometry { odom_from_robot } => {
+                let moved = odometry.inv_mul(odom_from_robot).translation.vector;
+                step = moved.norm().copysign(moved.x);
+                odometry = *odom_from_robot;
+            }
+            EntryKind::Gyro { heading, .. } => {
+                at += Vector2::new(heading.radians().cos(), heading.radians().sin()) * step;
+                (low, high) = (low.inf(&at), high.sup(&at));
+            }
+            _ => {}
+        }
+    }
+    (low, high, at)
 }
 
 #[test]

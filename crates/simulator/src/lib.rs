@@ -3,6 +3,7 @@
 mod compass;
 mod corner;
 mod description;
+mod drift;
 mod floor;
 mod index;
 mod laser;
@@ -21,6 +22,7 @@ mod world;
 
 pub use compass::CompassModel;
 pub use description::{DescriptionError, InfraredRing, LaserFan, RobotDescription, SonarRing, Turret};
+pub use drift::Drift;
 pub use floor::Ground;
 pub use laser::RayModel;
 pub use line_map::LineMapError;

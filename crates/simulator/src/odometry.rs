@@ -37,6 +37,19 @@ impl OdometryModel {
     /// Wheels that do not slip.
     pub const PERFECT: Self =
         Self { walk: 0.0, scale: 0.0, heading_drift: 0.0, heading_walk: 0.0, turn_scale: 0.0, carpet: 0.0 };
+
+    /// Wheels that err by a share of the distance and by radians per metre, each as a constant and as a random walk.
+    #[must_use]
+    pub const fn of_shares(distance: f64, heading_per_m: f64) -> Self {
+        Self {
+            walk: distance,
+            scale: distance,
+            heading_drift: heading_per_m,
+            heading_walk: heading_per_m,
+            turn_scale: 0.0,
+            carpet: 0.0,
+        }
+    }
 }
 
 impl Default for OdometryModel {

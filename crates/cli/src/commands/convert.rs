@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use robot_log::{CarmenWriter, Entry, EntryKind, LogError};
+use simulator::{Drift, OdometryModel};
 
 use crate::context::Context;
 use crate::exit::Exit;
@@ -12,8 +13,11 @@ use crate::input::{self, ReadingArgs, warn_of_skipped};
 
 /// File to file, without a run: a log to CARMEN (.log, .clf) or to a trajectory (.tum)
 ///
-/// Example: topogrid convert office.log.gz odometry.tum
+/// Examples:
+///   topogrid convert office.log.gz odometry.tum
+///   topogrid convert corrected.log.gz drifted.log --drift 0.02,1 --seed 7
 #[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct ConvertArgs {
     /// The log to read; several files are merged by stamp; `-` reads standard input
     #[arg(value_name = "IN", required = true)]
@@ -24,6 +28,13 @@ pub(crate) struct ConvertArgs {
     /// Which path a trajectory holds
     #[arg(long, value_name = "PATH", default_value = "odometry")]
     path: PathChoice,
+    /// Spoil the odometry by a share of the distance and degrees per metre, each as a constant and as a random walk;
+    /// the path that the log held becomes its truth
+    #[arg(long, value_name = "SHARE,DEG", value_parser = drift)]
+    drift: Option<OdometryModel>,
+    /// Seed of the drift: the same one spoils the same way again
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "drift")]
+    seed: u64,
     /// Replace the file where it exists
     #[arg(long)]
     force: bool,
@@ -51,7 +62,12 @@ pub(crate) fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> 
     let format = format_of(&args.output)?;
     let mut log = input::open(&args.inputs, &args.reading)?;
     // A log that breaks off ends the writing, too, so that no half of a file is left behind.
-    let entries = log.by_ref().map(|entry| entry.map_err(io::Error::other));
+    let mut drift = args.drift.map(|model| Drift::new(model, args.seed));
+    let spoilt = |entry| match &mut drift {
+        Some(drift) => drift.spoil(entry),
+        None => (entry, None),
+    };
+    let entries = log.by_ref().map(|entry| entry.map_err(io::Error::other)).flat_map(with_truth(spoilt));
     let content = |out: &mut dyn Write| match format {
         Format::Carmen => write_carmen(out, entries),
         Format::Tum => write_tum(out, entries, args.path),
@@ -64,6 +80,25 @@ pub(crate) fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> 
     }
     warn_of_skipped(log.reports(), context);
     Ok(())
+}
+
+/// Puts the truth that an entry turns out to have held behind it.
+fn with_truth(
+    mut spoilt: impl FnMut(Entry) -> (Entry, Option<Entry>),
+) -> impl FnMut(io::Result<Entry>) -> Vec<io::Result<Entry>> {
+    move |entry| match entry.map(&mut spoilt) {
+        Ok((entry, truth)) => std::iter::once(entry).chain(truth).map(Ok).collect(),
+        Err(error) => vec![Err(error)],
+    }
+}
+
+/// `SHARE,DEG`: how far wheels err.
+fn drift(text: &str) -> Result<OdometryModel, String> {
+    let expected = || "expected a share of the distance and degrees per metre, such as 0.02,1".to_owned();
+    let (share, degrees) = text.split_once(',').ok_or_else(expected)?;
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| (0.0..=90.0).contains(number));
+    let (Some(share), Some(degrees)) = (number(share), number(degrees)) else { return Err(expected()) };
+    Ok(OdometryModel::of_shares(share, degrees.to_radians()))
 }
 
 /// The failure of the log that made the writing stop; other errors come back.

@@ -95,8 +95,8 @@ fn in_order_of_visits(mapper: &Mapper) -> Vec<&Place<Arc<Signature>>> {
 }
 
 fn is_one(mapper: &Mapper, newer: &Place<Arc<Signature>>, older: &Place<Arc<Signature>>) -> bool {
-    let reach = reach_from(mapper.topology(), newer.id);
-    let sure = reach[older.id.index()].is_some_and(|reach| reach.position_variance <= SURE * SURE);
+    let reach = reach_from(mapper.topology(), newer.id, &[older.id]);
+    let sure = reach[0].is_some_and(|reach| reach.position_variance <= SURE * SURE);
     let (Some(new), Some(old)) = (newer.signature(), older.signature()) else { return false };
     sure && compare(older.id, old, new).is_none_or(|likeness| likeness.ratio >= DIFFERENT)
 }

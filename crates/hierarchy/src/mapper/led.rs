@@ -34,9 +34,9 @@ impl Mapper {
 
     /// What the spot where the robot stands looks like, from the scans taken since it had `travelled` so far.
     pub(crate) fn view(&self, travelled: f64) -> Result<Arc<Signature>, MapperError> {
-        let here = self.track_from_robot().translation.vector.into();
+        let here = Isometry2::from_parts(self.track_from_robot().translation, nalgebra::UnitComplex::identity());
         let samples = self.trajectory.samples();
-        Ok(self.sight.signature(here, &samples[first_since(samples, travelled)..])?)
+        Ok(self.sight.signature(&here, &samples[first_since(samples, travelled)..])?)
     }
 
     /// The robot is at a place, `offset` metres from its centre.

@@ -1,4 +1,5 @@
 use nalgebra::Vector2;
+use robot_log::local_grid::Sweep;
 use serde::{Deserialize, Serialize};
 use topo_map::{Place, PlaceId};
 
@@ -10,6 +11,7 @@ use super::records::{
 use super::{SessionError, v1};
 use crate::config::Config;
 use crate::floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
+use crate::gyro::HeadingDrift;
 use crate::mapper::{Mapper, Restored};
 use crate::recognize::{Closure, Verdict};
 use crate::tracker::Tracker;
@@ -32,6 +34,15 @@ pub(super) struct Session {
     names: Vec<(u32, String)>,
     regions: Vec<StoredRegion>,
     gateways: Vec<StoredGateway>,
+    drift: HeadingDrift,
+    swept: Vec<StoredSweep>,
+}
+
+/// How the robot moved while a sample's scan was taken: metres ahead and to the left, radians.
+#[derive(Serialize, Deserialize)]
+struct StoredSweep {
+    sample: u32,
+    motion: [f64; 3],
 }
 
 #[derive(Serialize, Deserialize)]
@@ -42,7 +53,10 @@ struct StoredClosure {
     score: f64,
     shift: f64,
     agreed: u32,
-    log_odds: Option<f64>,
+    /// 0 accepted, 1 no agreement, 2 walls differ, 3 revoked.
+    verdict: u8,
+    /// The log odds, the score or the χ² of the verdict.
+    figure: f64,
 }
 
 /// A region by points of its floor, each in the axes of a place.
@@ -84,6 +98,8 @@ impl From<v1::Session> for Session {
             names: old.names,
             regions: Vec::new(),
             gateways: Vec::new(),
+            drift: HeadingDrift::default(),
+            swept: Vec::new(),
         }
     }
 }
@@ -91,7 +107,8 @@ impl From<v1::Session> for Session {
 impl From<v1::StoredClosure> for StoredClosure {
     fn from(old: v1::StoredClosure) -> Self {
         let v1::StoredClosure { place, known, displacement, score, shift, agreed, log_odds } = old;
-        Self { place, known, displacement, score, shift, agreed, log_odds }
+        let verdict = u8::from(log_odds.is_none());
+        Self { place, known, displacement, score, shift, agreed, verdict, figure: log_odds.unwrap_or_default() }
     }
 }
 
@@ -120,6 +137,8 @@ impl Session {
             names: mapper.names().map(|(place, name)| (place.0, name.to_owned())).collect(),
             regions: plan.regions.iter().map(stored_region).collect(),
             gateways: plan.gateways.iter().map(stored_gateway).collect(),
+            drift: mapper.heading_drift(),
+            swept: (0..).zip(mapper.trajectory().samples()).filter_map(stored_sweep).collect(),
         }
     }
 
@@ -129,6 +148,7 @@ impl Session {
         let sensors = self.sensors.into_iter().map(restored_sensor).collect::<Result<Vec<_>, _>>()?;
         let samples: Vec<Sample> =
             self.samples.into_iter().map(|sample| restored_sample(sample, &sensors)).collect::<Result<_, _>>()?;
+        let samples = swept(samples, self.swept)?;
         let known = Known { places: self.places.len() };
         let anchor = |anchor: &StoredAnchor| restored_anchor(anchor, known.place(anchor.place)?, samples.len());
         let anchors: Vec<Anchor> = self.anchors.iter().map(anchor).collect::<Result<_, SessionError>>()?;
@@ -138,9 +158,9 @@ impl Session {
             visits: self.places.iter().map(|place| place.visits).collect(),
             poses: self.places.iter().map(|place| isometry(&place.map_from_place)).collect::<Result<_, _>>()?,
             links: self.links.iter().enumerate().map(|(id, link)| restored_link(id, link)).collect::<Result<_, _>>()?,
-            closures: self.closures.iter().map(restored_closure).collect(),
+            closures: self.closures.iter().map(restored_closure).collect::<Result<_, _>>()?,
             tally: restored_tally(&self.tally),
-            tracker: Tracker::restored(&config, &self.tracker)?,
+            tracker: Tracker::restored(&config, &self.tracker)?.with_heading_drift(self.drift),
             held_by_scans: self.held_by_scans,
             sweeps: usize::try_from(self.sweeps).unwrap_or(usize::MAX),
             names: self.names.into_iter().map(name).collect::<Result<_, SessionError>>()?,
@@ -223,11 +243,11 @@ fn stored_landmark(landmark: &Landmark) -> StoredLandmark {
 }
 
 fn stored_closure(closure: &Closure) -> StoredClosure {
-    let (agreed, log_odds) = match closure.verdict {
-        Verdict::Accepted { agreed, log_odds } => (agreed, Some(log_odds)),
-        Verdict::NoAgreement { agreed } => (agreed, None),
-        // Every other closure agrees with itself at least.
-        Verdict::Contradicted { chi2 } => (0, Some(chi2)),
+    let (verdict, agreed, figure) = match closure.verdict {
+        Verdict::Accepted { agreed, log_odds } => (0, agreed, log_odds),
+        Verdict::NoAgreement { agreed } => (1, agreed, 0.0),
+        Verdict::WallsDiffer { score } => (2, 0, score),
+        Verdict::Contradicted { chi2 } => (3, 0, chi2),
     };
     StoredClosure {
         place: closure.place.0,
@@ -236,23 +256,44 @@ fn stored_closure(closure: &Closure) -> StoredClosure {
         score: closure.score,
         shift: closure.shift,
         agreed: u32::try_from(agreed).unwrap_or(u32::MAX),
-        log_odds,
+        verdict,
+        figure,
     }
 }
 
-fn restored_closure(closure: &StoredClosure) -> Closure {
-    let agreed = closure.agreed as usize;
-    let verdict = match closure.log_odds {
-        None => Verdict::NoAgreement { agreed },
-        Some(chi2) if agreed == 0 => Verdict::Contradicted { chi2 },
-        Some(log_odds) => Verdict::Accepted { agreed, log_odds },
+fn restored_closure(closure: &StoredClosure) -> Result<Closure, SessionError> {
+    let (agreed, figure) = (closure.agreed as usize, closure.figure);
+    let verdict = match closure.verdict {
+        0 => Verdict::Accepted { agreed, log_odds: figure },
+        1 => Verdict::NoAgreement { agreed },
+        2 => Verdict::WallsDiffer { score: figure },
+        3 => Verdict::Contradicted { chi2: figure },
+        other => return Err(contradiction(format!("a closure with verdict {other}"))),
     };
-    Closure {
+    Ok(Closure {
         place: PlaceId(closure.place),
         known: PlaceId(closure.known),
         displacement: restored_displacement(&closure.displacement),
         score: closure.score,
         shift: closure.shift,
         verdict,
+    })
+}
+
+fn stored_sweep((sample, of): (u32, &Sample)) -> Option<StoredSweep> {
+    let Sweep { step, turn } = of.scan.sweep()?;
+    Some(StoredSweep { sample, motion: [step.x, step.y, *turn] })
+}
+
+/// The samples, each with the motion during its scan.
+fn swept(mut samples: Vec<Sample>, motions: Vec<StoredSweep>) -> Result<Vec<Sample>, SessionError> {
+    for StoredSweep { sample, motion: [x, y, turn] } in motions {
+        let count = samples.len();
+        let known = samples.get_mut(sample as usize).filter(|_| x.is_finite() && y.is_finite() && turn.is_finite());
+        let Some(known) = known else {
+            return Err(contradiction(format!("a motion of ({x}, {y}, {turn}) during scan {sample} of {count}")));
+        };
+        known.scan = known.scan.clone().swept(Sweep { step: Vector2::new(x, y), turn });
     }
+    Ok(samples)
 }

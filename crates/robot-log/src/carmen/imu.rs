@@ -32,5 +32,7 @@ pub(super) fn heading(
     let yaw = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
     let deviation = params.of("IMU", Param::Deviation).filter(|deviation| *deviation > 0.0);
     let deviation = deviation.unwrap_or(options.heading_deviation);
-    Ok(Some(EntryKind::Heading { heading: Heading::from_radians(yaw), deviation }))
+    let heading = Heading::from_radians(yaw);
+    let gyro = params.text("IMU", Param::Kind) == Some("gyro");
+    Ok(Some(if gyro { EntryKind::Gyro { heading, deviation } } else { EntryKind::Heading { heading, deviation } }))
 }

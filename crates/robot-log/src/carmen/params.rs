@@ -52,6 +52,11 @@ impl Params {
         parse(self.values.get(name)?.as_bytes()).filter(|value| value.is_finite())
     }
 
+    /// The word that describes the messages `tag`.
+    pub(crate) fn text(&self, tag: &str, param: Param) -> Option<&str> {
+        if self.values.is_empty() { None } else { self.values.get(&name_of(tag, param)).map(String::as_str) }
+    }
+
     /// The finite number that describes the messages `tag`.
     pub(crate) fn of(&self, tag: &str, param: Param) -> Option<f64> {
         if self.values.is_empty() { None } else { self.number(&name_of(tag, param)) }

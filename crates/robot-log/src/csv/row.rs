@@ -1,5 +1,5 @@
-use local_grid::Heading;
 use local_grid::nalgebra::{Isometry2, Vector2};
+use local_grid::{Heading, Sweep};
 
 use super::{Rows, ranges};
 use crate::description::{Column, HeadingColumn, PoseColumns};
@@ -24,24 +24,34 @@ pub(super) fn read(rows: &mut Rows, index: usize, line: &[u8], report: &mut LogR
         Some(column) => heading(column, rows, line)?.map(|heading| (heading, column.deviation_deg.to_radians())),
         None => None,
     };
+    let gyro = table.heading.as_ref().is_some_and(|column| column.gyro);
     // Everything is read before anything is believed, so that a faulty row changes nothing.
     let scans = table
         .ranges
         .iter()
         .filter_map(|ranges| Some((ranges, rows.robot.sensor(&ranges.sensor)?)))
-        .map(|(ranges, sensor)| ranges::scan(ranges, sensor, line, fields))
-        .collect::<Result<Vec<_>, _>>()?;
+        .map(|(ranges, sensor)| Ok((ranges::scan(ranges, sensor, line, fields)?, ranges.sweep_s)))
+        .collect::<Result<Vec<_>, Fault>>()?;
     let motion = motion(rows, index, line)?;
     let stamp = stamp(rows, index, line, report)?;
     let odom_from_robot = moved(rows, index, motion, heading.map(|(heading, _)| heading));
-    let mut give = |kind: EntryKind| rows.ready.push_back(Entry { stamp, kind });
-    if let Some((heading, deviation)) = heading {
-        give(EntryKind::Heading { heading, deviation });
+    if let Some(odom_from_robot) = odom_from_robot {
+        rows.follow(stamp, odom_from_robot);
     }
-    if let (Some(odom_from_robot), true) = (odom_from_robot, scans.is_empty()) {
+    let sweeps = rows.motion;
+    let mut give = |kind: EntryKind| rows.ready.push_back(Entry { stamp, kind });
+    // A heading is that of the moment at which the wheels have made the step.
+    if let (Some(odom_from_robot), true) = (odom_from_robot, scans.is_empty() || heading.is_some()) {
         give(EntryKind::Odometry { odom_from_robot });
     }
-    scans.into_iter().for_each(|scan| give(EntryKind::Scan { odom_from_robot, scan }));
+    if let Some((heading, deviation)) = heading {
+        give(if gyro { EntryKind::Gyro { heading, deviation } } else { EntryKind::Heading { heading, deviation } });
+    }
+    for (scan, seconds) in scans {
+        let sweep = sweeps.filter(|_| seconds > 0.0).and_then(|(motion, time)| Sweep::during(&motion, time, seconds));
+        let scan = sweep.map_or_else(|| scan.clone(), |sweep| scan.clone().swept(sweep));
+        give(EntryKind::Scan { odom_from_robot, scan });
+    }
     Ok(())
 }
 

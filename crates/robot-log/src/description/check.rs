@@ -40,6 +40,10 @@ pub(super) fn check(tables: &[Table], sensors: &[Arc<RangeSensor>]) -> Result<()
                     ranges.sensor
                 ));
             };
+            if !(0.0..=10.0).contains(&ranges.sweep_s) {
+                let (name, sweep) = (&ranges.sensor, ranges.sweep_s);
+                return wrong(format!("sensor `{name}` sweeps for {sweep} s, which must lie in 0..=10"));
+            }
             let beams = sensor.mounts().len();
             if let Layout::Columns(columns) = &ranges.layout
                 && columns.len() != beams

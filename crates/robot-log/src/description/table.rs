@@ -133,7 +133,11 @@ pub(crate) struct HeadingColumn {
     /// Values that mean "not known".
     #[serde(default)]
     pub(crate) invalid: Vec<f64>,
+    /// The standard deviation of a reading; of a gyro's, its drift left aside.
     pub(crate) deviation_deg: f64,
+    /// Whether a gyro adds it up, so that it drifts.
+    #[serde(default)]
+    pub(crate) gyro: bool,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -149,6 +153,8 @@ pub(crate) struct Ranges {
     pub(crate) no_echo_from: Option<f64>,
     /// Values that are no measurement.
     pub(crate) invalid: Vec<f64>,
+    /// Seconds from the first beam to the last, which is fired at the line's stamp.
+    pub(crate) sweep_s: f64,
     pub(crate) layout: Layout,
 }
 
@@ -208,6 +214,8 @@ struct RangesText {
     no_echo_from: Option<f64>,
     #[serde(default)]
     invalid: Vec<f64>,
+    #[serde(default)]
+    sweep_s: f64,
     columns: Option<Vec<Column>>,
     from: Option<Column>,
     beam: Option<BeamText>,
@@ -233,8 +241,8 @@ impl TryFrom<RangesText> for Ranges {
                 text.sensor
             ));
         };
-        let RangesText { sensor, metres, no_echo, no_echo_from, invalid, .. } = text;
-        Ok(Self { sensor, metres, no_echo, no_echo_from, invalid, layout })
+        let RangesText { sensor, metres, no_echo, no_echo_from, invalid, sweep_s, .. } = text;
+        Ok(Self { sensor, metres, no_echo, no_echo_from, invalid, sweep_s, layout })
     }
 }
 

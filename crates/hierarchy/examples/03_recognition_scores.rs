@@ -1,0 +1,138 @@
+//! How well the mapper knows its place on logs whose path is known: position error, and closures true and false.
+//!
+//! ```text
+//! cargo run --release -p hierarchy --example 03_recognition_scores -- [--robot NAME] [--drift SEEDS] [--stampless] LOG...
+//! ```
+//!
+//! Without `--drift` a log's own truth judges it (`TRUEPOS`). With it the log's odometry is the truth, and is spoilt by
+//! 2 % of distance and 1° per metre, as a constant and as a random walk, once for each of so many seeds.
+#![expect(clippy::print_stdout, reason = "an example says what it found")]
+
+use std::fs::File;
+use std::io::BufReader;
+use std::time::Instant;
+
+use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
+use hierarchy::{Config, Mapper, Verdict};
+use nalgebra::Isometry2;
+use robot_log::{CarmenOptions, Clock, Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
+use simulator::{Drift, OdometryModel};
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let mut arguments = std::env::args().skip(1);
+    let (mut robot, mut seeds, mut logs) = (None, None, Vec::new());
+    let mut clock = Clock::Message;
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--robot" => robot = arguments.next(),
+            "--drift" => seeds = arguments.next().map(|seeds| seeds.parse::<u64>()).transpose()?,
+            "--stampless" => clock = Clock::Counted { period: 1.0 },
+            _ => logs.push(argument),
+        }
+    }
+    println!("{:<28} seed  scans places   raw ATE  mapped ATE  closures  false  CPU", "log");
+    for log in &logs {
+        let entries = read(log, robot.as_deref(), clock)?;
+        let name = log.rsplit('/').next().unwrap_or(log);
+        for seed in seeds.map_or(0..1, |seeds| 1..seeds + 1) {
+            let entries = if seeds.is_some() { spoilt(&entries, seed) } else { entries.clone() };
+            let scores = Scores::of(&entries)?;
+            let Scores { scans, places, raw, mapped, closures, wrong, seconds } = scores;
+            println!(
+                "{name:<28} {seed:>4} {scans:>6} {places:>6} {raw:>8.2} m {mapped:>9.3} m {closures:>9} {wrong:>6} {seconds:>5.2} s"
+            );
+        }
+    }
+    Ok(())
+}
+
+fn read(log: &str, robot: Option<&str>, clock: Clock) -> Result<Vec<Entry>, Failure> {
+    let robot = robot.map(|name| RobotDescription::builtin(name).ok_or("no such robot")).transpose()?;
+    let inputs = vec![Input::new(log, BufReader::new(File::open(log)?))];
+    let read = open_log(
+        inputs,
+        &ReadOptions { robot, carmen: CarmenOptions { clock, lenient: true, ..CarmenOptions::default() } },
+    )?;
+    Ok(read.collect::<Result<_, _>>()?)
+}
+
+fn spoilt(entries: &[Entry], seed: u64) -> Vec<Entry> {
+    let mut drift = Drift::new(OdometryModel::of_shares(0.02, 1f64.to_radians()), seed);
+    entries
+        .iter()
+        .cloned()
+        .flat_map(|entry| {
+            <[Option<Entry>; 2]>::from({
+                let (a, b) = drift.spoil(entry);
+                (Some(a), b)
+            })
+        })
+        .flatten()
+        .collect()
+}
+
+/// What one run comes to.
+struct Scores {
+    scans: usize,
+    places: usize,
+    raw: f64,
+    mapped: f64,
+    closures: usize,
+    wrong: usize,
+    seconds: f64,
+}
+
+impl Scores {
+    fn of(entries: &[Entry]) -> Result<Self, Failure> {
+        let start = Instant::now();
+        let mut mapper = Mapper::new(Config::default())?;
+        let mut truth = Vec::new();
+        for entry in entries {
+            if let EntryKind::Truth { map_from_robot } = entry.kind {
+                truth.push((entry.stamp, map_from_robot));
+            }
+            mapper.push(entry)?;
+        }
+        mapper.finish()?;
+        let seconds = start.elapsed().as_secs_f64();
+        let samples = mapper.trajectory().samples();
+        let stamped = |poses: Vec<Isometry2<f64>>| TimedPath::new(samples.iter().map(|s| s.stamp).zip(poses));
+        let truth = TimedPath::new(truth);
+        let error = |path: &TimedPath| {
+            absolute_error(path, &truth, Alignment::Rigid, Pairing::default())
+                .map_or(f64::NAN, |error| error.translation_m.rmse)
+        };
+        let raw = error(&stamped(samples.iter().map(|sample| sample.odom_from_robot).collect()));
+        let mapped = error(&stamped(mapper.poses()));
+        let wrong = wrong_closures(&mapper, &truth);
+        let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
+        Ok(Self {
+            scans: samples.len(),
+            places: mapper.topology().n_visited(),
+            raw,
+            mapped,
+            closures: accepted.count(),
+            wrong,
+            seconds,
+        })
+    }
+}
+
+/// Accepted closures that the truth contradicts by more than its covariance admits (99.9 %), and by more than 0.5 m.
+fn wrong_closures(mapper: &Mapper, truth: &TimedPath) -> usize {
+    let at = |place| {
+        let anchor = mapper.trajectory().anchors().iter().find(|anchor| anchor.place == place)?;
+        Some(truth.at(anchor.stamp)? * anchor.place_from_robot.inverse())
+    };
+    let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
+    let wrong = |closure: &&hierarchy::Closure| {
+        let (Some(place), Some(known)) = (at(closure.place), at(closure.known)) else { return false };
+        let off = place.inv_mul(&known).translation.vector - closure.displacement.vector;
+        let chi2 =
+            closure.displacement.covariance.try_inverse().map_or(f64::INFINITY, |i| (off.transpose() * i * off)[0]);
+        off.norm() > 0.5 && chi2 > 13.8
+    };
+    accepted.filter(wrong).count()
+}

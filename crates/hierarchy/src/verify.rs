@@ -1,0 +1,140 @@
+use nalgebra::{Isometry2, Matrix3, Vector2};
+use robot_log::local_grid::{
+    Echo, LocalMap, LocalMapOptions, MatchOptions, Prior, SensorKind, echoes, refine, thinned,
+};
+use topo_map::{Displacement, PlaceId, Turn};
+
+use crate::recognize::Closure;
+use crate::trajectory::{Anchor, Sample, Trajectory};
+
+/// What the laser says of a closure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Verification {
+    /// The scans of the place fit the walls of the known one, and measure how the two lie.
+    Borne(Displacement),
+    /// There is no laser, or it saw too little.
+    Silent,
+    /// The scans do not fit those walls; the score tells how badly.
+    Refuted(f64),
+}
+
+/// The walls of a place are those seen within so many metres of driving.
+const WALLS_WITHIN: f64 = 1.5;
+/// Scans that draw them, at most.
+const SCANS_OF_WALLS: usize = 10;
+/// The view of the other place is that within so many metres of driving.
+const VIEW_WITHIN: f64 = 0.4;
+/// Scans of the view, at most.
+const SCANS_OF_VIEW: usize = 3;
+/// Echoes of the view: fewer say too little, more cost time.
+const ECHOES: std::ops::RangeInclusive<usize> = 60..=400;
+/// A fit below this score, of 1, is none: half of the echoes have no wall.
+const LEAST_SCORE: f64 = 0.5;
+/// 99.9 % of χ² with three degrees of freedom, as a deviation: how far the scans may lead from what the signatures say.
+const FARTHEST: f64 = 4.03;
+/// The least deviations of such a measurement, in metres and radians: walls are not straight, paths between scans not exact.
+const FLOOR: (f64, f64) = (0.03, 0.006);
+
+/// Slides the laser scans taken at a closure's place into the walls seen from the known place.
+///
+/// Signatures have cells of a decimetre, scans know a centimetre; and where the scans do not fit, the two are not the same.
+pub(crate) fn by_walls(trajectory: &Trajectory, closure: &Closure) -> Verification {
+    let (Some(place), Some(known)) = (anchor(trajectory, closure.place), anchor(trajectory, closure.known)) else {
+        return Verification::Silent;
+    };
+    let (Some(walls), view) = (walls(trajectory, known), view(trajectory, place)) else { return Verification::Silent };
+    if view.len() < *ECHOES.start() {
+        return Verification::Silent;
+    }
+    let prior = prior(&closure.displacement);
+    let found = refine(&walls, &thinned(&view, *ECHOES.end()), &prior, &MatchOptions::default());
+    if found.score < LEAST_SCORE || prior.deviation(&found.map_from_robot) > FARTHEST {
+        return Verification::Refuted(found.score);
+    }
+    let information = found.covariance.try_inverse().map(|information| information + prior.information);
+    let covariance = information.and_then(|information| information.try_inverse());
+    covariance.map_or(Verification::Silent, |covariance| {
+        Verification::Borne(displacement(&found.map_from_robot, &covariance, closure.displacement.turn.is_some()))
+    })
+}
+
+/// The anchor of a place: each is visited once, whatever it is recognised as.
+fn anchor(trajectory: &Trajectory, place: PlaceId) -> Option<&Anchor> {
+    trajectory.anchors().get(place.index()).filter(|anchor| anchor.place == place)
+}
+
+/// The laser scans of `samples`, at most `count` of them, evenly taken, with the robot's pose in the anchor's place.
+fn lasers<'a>(
+    samples: &'a [Sample],
+    anchor: &Anchor,
+    count: usize,
+) -> impl Iterator<Item = (Isometry2<f64>, &'a Sample)> + use<'a> {
+    let place_from_track = anchor.place_from_robot * anchor.track_from_robot.inverse();
+    let every = samples.len().div_ceil(count.max(1)).max(1);
+    let lasers = samples.iter().filter(|sample| sample.scan.sensor().kind() == SensorKind::Laser).step_by(every);
+    lasers.map(move |sample| (place_from_track * sample.track_from_robot, sample))
+}
+
+fn walls(trajectory: &Trajectory, anchor: &Anchor) -> Option<LocalMap> {
+    let near = trajectory.driven(anchor.travelled - WALLS_WITHIN, anchor.travelled + WALLS_WITHIN);
+    let mut map: Option<LocalMap> = None;
+    for (pose, sample) in lasers(near, anchor, SCANS_OF_WALLS) {
+        let map = match &mut map {
+            Some(map) => map,
+            None => map.insert(LocalMap::new(LocalMapOptions::default()).ok()?),
+        };
+        map.insert(&pose, &sample.scan).ok()?;
+    }
+    map
+}
+
+/// The echoes of the scans taken at a place, in its axes.
+fn view(trajectory: &Trajectory, anchor: &Anchor) -> Vec<Echo> {
+    let near = trajectory.driven(anchor.travelled - VIEW_WITHIN, anchor.travelled + VIEW_WITHIN);
+    let farthest = LocalMapOptions::default().max_range;
+    let moved = |(pose, sample): (Isometry2<f64>, &Sample)| {
+        let there = move |echo: Echo| Echo {
+            point: pose * echo.point,
+            normal: echo.normal.map(|normal| pose.rotation * normal),
+        };
+        echoes(&sample.scan, farthest).into_iter().map(there)
+    };
+    lasers(near, anchor, SCANS_OF_VIEW).flat_map(moved).collect()
+}
+
+/// Where the signatures put the place, in the axes of the known one.
+fn prior(displacement: &Displacement) -> Prior {
+    let place_from_known = displacement.from_place_from_to_place();
+    let known_from_place = place_from_known.inverse();
+    let turn = known_from_place.rotation.to_rotation_matrix();
+    let mut covariance = Matrix3::identity() * COMPASS.powi(2);
+    let position = turn * displacement.covariance * turn.transpose();
+    covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&position);
+    if let Some(turn) = displacement.turn {
+        covariance[(2, 2)] = turn.variance.max(FLOOR.1.powi(2));
+    }
+    let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
+    Prior { map_from_robot: known_from_place, information }
+}
+
+/// How far the axes of two places of a compass may be turned to each other, as a standard deviation in radians.
+const COMPASS: f64 = 0.06;
+
+/// The known place as seen from the other, with the covariance that follows from that of `known_from_place`:
+/// `v = −Rᵀt`, so `δv = −Rᵀ δt + J Rᵀ t δθ`, with `J` the quarter turn.
+fn displacement(known_from_place: &Isometry2<f64>, covariance: &Matrix3<f64>, turns: bool) -> Displacement {
+    let place_from_known = known_from_place.inverse();
+    let back = place_from_known.rotation.to_rotation_matrix();
+    let at = place_from_known.translation.vector;
+    let swing = Vector2::new(at.y, -at.x);
+    let mut jacobian = nalgebra::Matrix2x3::zeros();
+    jacobian.fixed_view_mut::<2, 2>(0, 0).copy_from(&-back.into_inner());
+    jacobian.set_column(2, &swing);
+    let position = jacobian * covariance * jacobian.transpose();
+    let turn = Turn { change: place_from_known.rotation.angle(), variance: covariance[(2, 2)] + FLOOR.1.powi(2) };
+    Displacement {
+        vector: at,
+        covariance: position + nalgebra::Matrix2::identity() * FLOOR.0.powi(2),
+        turn: turns.then_some(turn),
+    }
+}
