@@ -1,6 +1,7 @@
 //! Cuts free space at its gates and takes back the cuts that separate nothing worth a name.
 
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use crate::{
     chords::{Beside, beside},
@@ -151,13 +152,20 @@ impl Pieces {
         if sides.into_iter().any(|side| self.is_crumb(side)) {
             return Some(Weak { excess: CRUMB + gate.cost(), gate: index });
         }
-        let limit = widest_share(gate.width / self.scale.meter);
-        let (mut chord, mut neck) = (f64::INFINITY, 1.0);
-        for ((side, root), floor) in [-1.0, 1.0].into_iter().zip(sides).zip(self.floors[index]) {
-            let space = self.space(gate, side, root, 1.1 / limit);
-            chord = chord.min(space.chord.max(floor).max(1e-9));
+        let (meter, roughness) = (self.scale.meter, self.scale.roughness / self.scale.meter);
+        let most = (1.1 / widest_share(gate.width / meter, roughness)).max(OPENS.end);
+        let (mut chord, mut widest, mut neck) = (f64::INFINITY, 0.0_f64, 1.0);
+        for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
+            let space = self.space(gate, side, sides[k], most);
+            // A piece that weaker gates still cut short is no narrower than it was before they were closed.
+            let before = gate.before[k];
+            chord = chord.min(space.chord.max(before.chord).max(self.floors[index][k]).max(1e-9));
+            widest = widest.max(space.opening).max(before.opening);
             neck += space.neck;
         }
+        // Rough walls feign a narrow spot in a corridor, but no space that opens behind it.
+        let opens = ((widest / gate.width - OPENS.start) / (OPENS.end - OPENS.start)).clamp(0.0, 1.0);
+        let limit = widest_share(gate.width / meter, roughness * (1.0 - opens));
         let loose = 0.2 * (0.55 - gate.embedding).max(0.0);
         let excess = gate.width / chord + loose + self.stoutness(gate, chord, neck) - limit;
         Some(Weak { excess, gate: index })
@@ -178,18 +186,21 @@ impl Pieces {
     }
 }
 
+/// Space that is this many times as wide as a gate opens behind it: not at all at the start, surely at the end.
+const OPENS: Range<f64> = 2.2..3.0;
+
 /// The largest share of the width beside it that a gate of `width` metres may have.
 ///
 /// Up to 2.2 m, the width of a double door, 0.87: hardly narrower than the space is no gate. A wider opening must be a
 /// bottleneck more and more. And the jambs together must stand out by 0.15 m at a narrow door and 0.5 m at a wide one: frames
-/// of doors in a corridor do not.
-fn widest_share(width: f64) -> f64 {
+/// of doors in a corridor do not. Where walls are `roughness` metres rough, the jambs must stand out by that much more.
+fn widest_share(width: f64, roughness: f64) -> f64 {
     let share = match width {
         _ if width < 2.2 => 0.87,
         _ if width < 3.0 => 0.87 - 0.4 * (width - 2.2),
         _ => (0.55 - 0.15 * (width - 3.0)).max(0.25),
     };
-    let jambs = 0.15 + 0.35 * ((width - 1.0) / 0.6).clamp(0.0, 1.0);
+    let jambs = 0.15 + 0.35 * ((width - 1.0) / 0.6).clamp(0.0, 1.0) + roughness;
     share.min(width / (width + jambs))
 }
 

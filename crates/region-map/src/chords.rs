@@ -9,6 +9,8 @@ pub(crate) struct Beside {
     pub(crate) chord: f64,
     /// How far from the gate the chords have gained half of what they gain, in cells.
     pub(crate) neck: f64,
+    /// How wide space opens to both sides alike: upper quartile of twice the shorter halves of the chords, in cells.
+    pub(crate) opening: f64,
 }
 
 /// At most about this many chords are measured on a side.
@@ -24,12 +26,14 @@ pub(crate) fn beside(
 ) -> Beside {
     let (center, along, across) = (gate.center(), gate.along(), gate.across(side));
     let stride = (depth / CHORDS).floor().max(1.0);
-    let mut chords = Vec::new();
+    let (mut chords, mut openings) = (Vec::new(), Vec::new());
     let mut step = 1.0;
     while step <= depth {
         let from = (center.0 + step * across.0, center.1 + step * across.1);
         if inside(cell(from)) {
-            chords.push(1.0 + reach(inside, from, along, most) + reach(inside, from, (-along.0, -along.1), most));
+            let (left, right) = (reach(inside, from, along, most), reach(inside, from, (-along.0, -along.1), most));
+            chords.push(1.0 + left + right);
+            openings.push(1.0 + 2.0 * left.min(right));
         } else if step > 2.0 {
             break; // the line of the gate itself is two cells thick where it is slanting
         }
@@ -41,7 +45,9 @@ pub(crate) fn beside(
     let half = (gate.width + chord) / 2.0;
     #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
     let neck = chords.iter().position(|&length| length >= half).unwrap_or(chords.len()) as f64 * stride;
-    Beside { chord, neck }
+    openings.sort_by(f64::total_cmp);
+    let opening = openings.get(3 * openings.len() / 4).copied().unwrap_or(0.0);
+    Beside { chord, neck, opening }
 }
 
 /// How far one can go from a place in a direction, in steps of one cell, up to `most`.

@@ -5,18 +5,24 @@ use crate::{
     plane::Plane,
 };
 
-/// Fills every obstacle that stands free and is at most `extent` cells across.
+/// Fills every obstacle that stands free and is at most `extent` cells across, or `block` cells if it is at least half as
+/// thick as `extent`: no wall is.
 ///
 /// A leg of a table makes a room look narrow where it is not. Walls of scans, on the other hand, are often dotted. So
 /// obstacles with gaps of up to `gap` cells between them count as one; then a single small obstacle beside a wall is filled,
 /// too, unless it parts the space around it once such gaps are closed.
-pub(crate) fn fill_furniture(free: &mut Plane<bool>, extent: f64, gap: usize) {
+pub(crate) fn fill_furniture(free: &mut Plane<bool>, extent: f64, block: f64, gap: usize) {
     let mut walls = free.clone();
     walls.cells.iter_mut().for_each(|cell| *cell = !*cell);
     let singles = components(&walls, 1);
     let boxes = windows(&singles);
-    let thick: Vec<bool> =
-        boxes.iter().map(|window| window.stands_free(extent) && window.shorter() >= 0.25 * extent).collect();
+    // What is no thicker than the gaps in a wall may be a piece of one.
+    #[expect(clippy::cast_precision_loss, reason = "a few cells")]
+    let thinnest = (0.25 * extent).max(2.0 * gap as f64);
+    let is_thick = |(window, cells): (&Window, usize)| {
+        (window.stands_free(extent) && window.shorter() >= thinnest) || window.is_block(block, 0.5 * extent, cells)
+    };
+    let thick: Vec<bool> = boxes.iter().zip(singles.sizes()).map(is_thick).collect();
     fill(free, &singles, &thick);
     walls.cells.iter_mut().zip(&free.cells).for_each(|(wall, free)| *wall = !*free);
     let groups = components(&walls, gap + 1);
@@ -77,6 +83,12 @@ impl Window {
         self.rows[0] > 0 && self.across() <= extent
     }
 
+    /// Whether it stands free, is no longer than `longest`, and with its `cells` as thick on average as `thick`.
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^52 cells")]
+    fn is_block(&self, longest: f64, thick: f64, cells: usize) -> bool {
+        self.stands_free(longest) && cells as f64 >= thick * self.across()
+    }
+
     /// The greatest of its four widths: at most 8 % less than the greatest of all.
     fn across(&self) -> f64 {
         let straight = length(self.rows).max(length(self.columns));
@@ -87,16 +99,21 @@ impl Window {
         length(self.rows).min(length(self.columns))
     }
 
-    /// Whether the free cells in the box and up to three cells around it fall apart once gaps of `gap` cells are closed.
+    /// Whether the free cells in the box and a few cells around it fall apart once gaps of `gap` cells are closed.
     fn parts_space(&self, free: &Plane<bool>, gap: usize) -> bool {
-        let (top, left) = (self.rows[0].saturating_sub(3).max(1), self.columns[0].saturating_sub(3).max(1));
-        let (bottom, right) = ((self.rows[1] + 4).min(free.rows - 1), (self.columns[1] + 4).min(free.columns - 1));
-        let grow = gap / 2;
+        let grow = gap.div_ceil(2);
+        let beside = (2 * grow + 1).max(3);
+        let first = |cell: usize| cell.saturating_sub(beside).max(1);
+        let (top, left) = (first(self.rows[0]), first(self.columns[0]));
+        let last = |cell: usize, cells: usize| (cell + beside + 1).min(cells - 1);
+        let (bottom, right) = (last(self.rows[1], free.rows), last(self.columns[1], free.columns));
         let mut open = Plane::filled(bottom - top, right - left, false);
         for row in top..bottom {
             for column in left..right {
-                let clear = |r: usize| free.row(r)[column - grow..=column + grow].iter().all(|&cell| cell);
-                open.cells[(row - top) * (right - left) + column - left] = (row - grow..=row + grow).all(clear);
+                let columns = column.saturating_sub(grow)..(column + grow + 1).min(free.columns);
+                let clear = |r: usize| free.row(r)[columns.clone()].iter().all(|&cell| cell);
+                let mut rows = row.saturating_sub(grow)..(row + grow + 1).min(free.rows);
+                open.cells[(row - top) * (right - left) + column - left] = rows.all(clear);
             }
         }
         components(&open, 0).count > 1

@@ -1,7 +1,7 @@
 //! Where free space is pinched between two walls.
 
 use crate::{
-    chords::{beside, reach},
+    chords::{Beside, beside, reach},
     distance::DistanceField,
     mouths::add_mouths,
     plane::Plane,
@@ -18,6 +18,8 @@ pub(crate) struct Gate {
     pub(crate) embedding: f64,
     /// On which side (−1 or +1) a passage begins that is no wider than the gate.
     pub(crate) mouth_of: Option<f64>,
+    /// The space on both sides (−1 and +1) while only stronger gates are closed.
+    pub(crate) before: [Beside; 2],
 }
 
 impl Gate {
@@ -66,6 +68,8 @@ pub(crate) struct Scale {
     pub(crate) widest: f64,
     /// One metre.
     pub(crate) meter: f64,
+    /// How far the faces of walls may be off, both sides together.
+    pub(crate) roughness: f64,
 }
 
 /// Gates, and free space with its cracks closed.
@@ -90,6 +94,7 @@ pub(crate) fn find_gates(free: &Plane<bool>, field: &DistanceField, scale: Scale
     let mut kept = Kept::new(free, scale);
     for &gate in &found {
         if !kept.overlaps(&gate) && widens(&open, &gate, scale) {
+            let gate = Gate { before: spaces_beside(&open, &gate, scale), ..gate };
             gate.line(free).for_each(|cell| open.cells[cell] = false);
             kept.push(gate);
         }
@@ -117,7 +122,8 @@ fn candidates(free: &Plane<bool>, field: &DistanceField, scale: Scale, uncracked
             let ends = [a, b].map(|wall| free.position(wall as usize));
             let span = f64::from(ends[0].0 - ends[1].0).powi(2) + f64::from(ends[0].1 - ends[1].1).powi(2);
             // Facing each other: the pair is nearly as far apart as the disc around the cell allows.
-            let mut gate = Gate { ends, width: span.sqrt() - 1.0, embedding: 0.0, mouth_of: None };
+            let mut gate =
+                Gate { ends, width: span.sqrt() - 1.0, embedding: 0.0, mouth_of: None, before: [Beside::default(); 2] };
             if span < 3.6 * f64::from(squared) || gate.width > scale.widest {
                 continue;
             }
@@ -144,6 +150,12 @@ fn widens(open: &Plane<bool>, gate: &Gate, scale: Scale) -> bool {
     let inside = |cell| open.at(cell) == Some(true);
     let depth = scale.meter.max(0.5 * gate.width);
     [-1.0, 1.0].into_iter().all(|side| gate.width < 0.9 * beside(inside, gate, side, depth, gate.width + 2.0).chord)
+}
+
+/// The space on both sides of a gate.
+fn spaces_beside(open: &Plane<bool>, gate: &Gate, scale: Scale) -> [Beside; 2] {
+    let inside = |cell| open.at(cell) == Some(true);
+    [-1.0, 1.0].map(|side| beside(inside, gate, side, (1.5 * scale.meter).max(gate.width), 3.0 * gate.width))
 }
 
 /// Gates that do not lie over each other, found again by where they are.

@@ -11,6 +11,15 @@ pub struct Options {
     pub threshold: f32,
     /// Free-standing obstacles at most this far across are furniture and part of their room, `[0, 10]` m.
     pub furniture: f64,
+    /// So are blocks up to this long if they are at least half as thick as furniture is wide, `[0, 10]` m: tables that a
+    /// robot's sensors see as a whole. 0 for a drawn map, in which such blocks are pillars.
+    pub tables: f64,
+    /// Obstacles with smaller gaps between them are one obstacle, `[0, 1]` m. Walls that a robot saw are dotted, walls that
+    /// somebody drew are not.
+    pub wall_gap: f64,
+    /// How far the faces of walls may be off, together at both sides of a passage, `[0, 1]` m: a corridor that narrows by
+    /// less has no gateway there. 0 for a drawn map.
+    pub roughness: f64,
     /// What is narrower is a crack in a wall and no gateway, `[0, 10]` m.
     pub narrowest_gateway: f64,
     /// Gateways are at most this wide, `[0.1, 20]` m.
@@ -21,7 +30,25 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threshold: 0.5, furniture: 1.1, narrowest_gateway: 0.4, widest_gateway: 4.0, least_area: 1.5 }
+        Self {
+            threshold: 0.5,
+            furniture: 1.1,
+            tables: 0.0,
+            wall_gap: 0.1,
+            roughness: 0.0,
+            narrowest_gateway: 0.4,
+            widest_gateway: 4.0,
+            least_area: 1.5,
+        }
+    }
+}
+
+impl Options {
+    /// For a map that a robot's range sensors built: walls are dotted and off by a few decimetres, so a corridor narrows
+    /// here and there without having a door in it.
+    #[must_use]
+    pub fn robot_map() -> Self {
+        Self { tables: 2.75, wall_gap: 0.3, roughness: 1.0, ..Self::default() }
     }
 }
 
@@ -64,6 +91,9 @@ impl Options {
         let checks = [
             ("threshold", "in [0, 1)", f64::from(self.threshold), (0.0..1.0).contains(&self.threshold)),
             ("furniture", "in [0, 10] m", self.furniture, (0.0..=10.0).contains(&self.furniture)),
+            ("tables", "in [0, 10] m", self.tables, (0.0..=10.0).contains(&self.tables)),
+            ("roughness", "in [0, 1] m", self.roughness, (0.0..=1.0).contains(&self.roughness)),
+            ("wall_gap", "in [0, 1] m", self.wall_gap, (0.0..=1.0).contains(&self.wall_gap)),
             (
                 "narrowest_gateway",
                 "in [0, 10] m",

@@ -49,10 +49,16 @@ fn run(free: &Grid<f32>, unknown: Option<&Grid<bool>>, options: &Options) -> Res
         return Ok(RegionMap { labels: Grid::new(frame), regions: Vec::new(), gateways: Vec::new() });
     };
     let meter = 1.0 / frame.resolution();
-    fill_furniture(&mut plane, options.furniture * meter, dot_gap(meter));
+    let (furniture, tables) = (options.furniture * meter, options.tables * meter);
+    fill_furniture(&mut plane, furniture, tables, dots(options.wall_gap, meter));
     let field = DistanceField::new(&plane);
     let least = options.least_area * meter * meter;
-    let scale = Scale { narrowest: options.narrowest_gateway * meter, widest: options.widest_gateway * meter, meter };
+    let scale = Scale {
+        narrowest: options.narrowest_gateway * meter,
+        widest: options.widest_gateway * meter,
+        roughness: options.roughness * meter,
+        meter,
+    };
     let Carved { mut labels, gates } = carve(&plane, &find_gates(&plane, &field, scale), scale, least);
     drop_crumbs(&mut labels, least);
     flood(&plane, &field, &mut labels);
@@ -66,13 +72,11 @@ fn run(free: &Grid<f32>, unknown: Option<&Grid<bool>>, options: &Options) -> Res
     Ok(map)
 }
 
-/// How many free cells may lie between two dots of one scanned wall: 0.1 m.
-fn dot_gap(meter: f64) -> usize {
-    match meter {
-        _ if meter > 14.0 => 2,
-        _ if meter > 9.0 => 1,
-        _ => 0,
-    }
+/// How many free cells may lie between two dots of one wall.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a metre at most, and saturating")]
+fn dots(gap: f64, meter: f64) -> usize {
+    // A gap of just that many metres counts however the division is rounded.
+    (gap * meter + 1e-6) as usize
 }
 
 /// The gates that still lie between two regions.

@@ -181,3 +181,54 @@ fn noise_is_cut_in_bounded_time() {
         assert!(map.regions.len() < 20_000);
     }
 }
+
+/// Makes a rectangle wall, corners in metres.
+fn wall(free: &mut Grid<f32>, low: [f64; 2], high: [f64; 2]) {
+    let frame = *free.frame();
+    for row in 0..frame.rows() {
+        for column in 0..frame.columns() {
+            let p = frame.center(row, column);
+            if (low[0]..high[0]).contains(&p.x) && (low[1]..high[1]).contains(&p.y) {
+                *free.get_mut(row, column).unwrap() = 0.0;
+            }
+        }
+    }
+}
+
+/// What a robot's sensors make of a copier in a corridor: a narrow spot of less than a metre.
+#[test]
+fn in_a_robots_map_a_narrow_spot_in_a_corridor_is_no_door() {
+    let mut free = draw(&corridor_with_rooms(), 0.1, 0.0);
+    wall(&mut free, [5.0, 5.2], [6.0, 6.4]);
+    assert_eq!(segment(&free, &Options::default()).unwrap().regions.len(), 8, "in a drawn map it parts the corridor");
+    let map = segment(&free, &Options::robot_map()).unwrap();
+    assert_eq!(degrees(&map), [1, 1, 1, 1, 1, 1, 6]);
+    assert_eq!(map.gateways.len(), 6);
+}
+
+#[test]
+fn a_large_table_parts_no_room_of_a_robots_map() {
+    for turn in [0.0, 33_f64.to_radians()] {
+        let mut free = draw(&[([0.0, 0.0], [6.0, 4.0]), ([6.2, 0.0], [9.0, 4.0]), ([6.0, 1.6], [6.2, 2.5])], 0.1, turn);
+        let table = draw(&[([2.2, 1.2], [4.0, 2.8]), ([0.0, 0.0], [0.1, 0.1]), ([8.9, 3.9], [9.0, 4.0])], 0.1, turn);
+        for (cell, table) in free.cells_mut().iter_mut().zip(table.cells()) {
+            *cell -= table;
+        }
+        let map = segment(&free, &Options::robot_map()).unwrap();
+        assert_eq!(degrees(&map), [1, 1], "turned by {turn}");
+    }
+}
+
+/// Echoes dot a wall; as long as nobody passes between the dots it is one.
+#[test]
+fn a_dotted_wall_parts_rooms_of_a_robots_map() {
+    let mut free = draw(&[([0.0, 0.0], [8.0, 4.0])], 0.1, 0.0);
+    for k in 0..8 {
+        let y = 0.1 + 0.5 * f64::from(k);
+        if !(1.5..2.4).contains(&y) {
+            wall(&mut free, [3.9, y], [4.2, y + 0.3]);
+        }
+    }
+    let map = segment(&free, &Options::robot_map()).unwrap();
+    assert_eq!(degrees(&map), [1, 1]);
+}
