@@ -33,7 +33,7 @@ pub(crate) fn write(folder: &RunFolder, name: &str, finished: &Finished) -> Resu
         folder.write(file, |out| format.write(out, &source))?;
     }
     if !regions.regions.is_empty() {
-        let free = gridmap.map(|cell| cell.empty);
+        let free = hierarchy::floor(gridmap);
         folder.write("regions.geojson", |mut out| {
             region_map::export::write_geojson(&mut out, regions, &Isometry2::identity())
         })?;

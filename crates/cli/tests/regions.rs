@@ -88,3 +88,28 @@ fn wrong_arguments_say_what_is_expected() {
         .code(3)
         .stderr(contains("broken.png"));
 }
+
+#[test]
+fn a_run_keeps_names_and_closed_gateways_in_its_session() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("demo");
+    topogrid().arg("demo").arg("-o").arg(&run).assert().success();
+    let regions = || {
+        let mut command = topogrid();
+        command.arg("regions").arg(&run);
+        command
+    };
+    regions().args(["--name", "2=kitchen", "--close", "0"]).assert().success().stdout(contains("kitchen"));
+    regions().args(["--close", "99"]).assert().code(2).stderr(contains("the gateways are 0 to"));
+    let told = regions().arg("--json").assert().success();
+    let document: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+    assert_eq!(document["regions"][1]["name"], "kitchen");
+    assert_eq!(document["gateways"][0]["blocked"], true);
+    let places = document["places"].as_array().unwrap();
+    assert!(places.iter().map(|of| of.as_array().unwrap().len()).sum::<usize>() > 100);
+    let written = std::fs::read_to_string(run.join("regions.geojson")).unwrap();
+    assert!(written.contains("kitchen") && written.contains("\"blocked\":true"));
+    regions().args(["--open", "0"]).assert().success().stdout(contains("kitchen"));
+    let told = regions().arg("--json").assert().success();
+    assert!(!String::from_utf8_lossy(&told.get_output().stdout).contains("\"blocked\": true"));
+}

@@ -63,11 +63,12 @@ fn gateway_feature(index: usize, gateway: &Gateway) -> String {
     format!(
         "{{\"type\":\"Feature\",\"id\":\"gateway-{index}\",\"geometry\":{{\"type\":\"LineString\",\"coordinates\":[{},{}]}},\
          \"properties\":{{\"kind\":\"gateway\",\"index\":{index},\"regions\":[{from},{to}],\"width_m\":{:.3},\"confidence\":{:.3},\
-         \"center\":{},\"normal\":[{:.4},{:.4}]}}}}",
+         \"blocked\":{},\"center\":{},\"normal\":[{:.4},{:.4}]}}}}",
         place(&gateway.ends[0]),
         place(&gateway.ends[1]),
         gateway.width,
         gateway.confidence,
+        gateway.blocked,
         place(&gateway.center),
         gateway.normal.x,
         gateway.normal.y,
@@ -165,9 +166,10 @@ pub fn write_table(out: &mut impl Write, map: &RegionMap) -> io::Result<()> {
     for (index, gateway) in map.gateways.iter().enumerate() {
         let [from, to] = gateway.regions;
         let (center, pair) = (gateway.center, format!("{from}-{to}"));
+        let closed = if gateway.blocked { "  closed" } else { "" };
         writeln!(
             out,
-            "{index:>7}  {pair:>7}  {:>7.2}  {:>7.2}  {:>7.2}  {:>10.2}",
+            "{index:>7}  {pair:>7}  {:>7.2}  {:>7.2}  {:>7.2}  {:>10.2}{closed}",
             center.x, center.y, gateway.width, gateway.confidence
         )?;
     }

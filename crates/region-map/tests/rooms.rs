@@ -189,7 +189,7 @@ fn wall(free: &mut Grid<f32>, low: [f64; 2], high: [f64; 2]) {
         for column in 0..frame.columns() {
             let p = frame.center(row, column);
             if (low[0]..high[0]).contains(&p.x) && (low[1]..high[1]).contains(&p.y) {
-                *free.get_mut(row, column).unwrap() = 0.0;
+                free.cells_mut()[row * frame.columns() + column] = 0.0;
             }
         }
     }

@@ -1,7 +1,7 @@
 use std::path::Path;
 
-use region_map::RegionMap;
 use region_map::nalgebra::{Isometry2, Point2};
+use region_map::{NoSuchRegion, RegionMap};
 use serde::Deserialize;
 
 use crate::exit::Exit;
@@ -17,6 +17,11 @@ pub(super) fn parse(text: &str) -> Result<(u16, String), String> {
         return Err("expected a name of at least one character, and no control characters".to_owned());
     }
     Ok((label, name.to_owned()))
+}
+
+/// A label that no region has.
+pub(super) fn refused(error: &NoSuchRegion) -> Failure {
+    Failure::new(Exit::Usage, "regions.name", format!("could not name a region: {error}"))
 }
 
 /// What is needed of an earlier result.

@@ -1,0 +1,72 @@
+use std::io;
+use std::path::Path;
+
+use hierarchy::{Mapper, Passage};
+use region_map::RegionMap;
+use region_map::nalgebra::Isometry2;
+
+use super::{Floor, RegionsArgs, names, show, warn_of_none, write};
+use crate::context::Context;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::{files, map_folder};
+
+/// The rooms of a run. Names and closed gateways are kept in its session, since they belong to the map and not to a file.
+pub(super) fn run(args: &RegionsArgs, session: &Path, context: &Context) -> Result<(), Failure> {
+    if args.furniture.is_some() || args.resolution.is_some() {
+        let message = "the rooms of a run are cut as `topogrid run` cuts them";
+        return Err(Failure::new(Exit::Usage, "regions.arguments", message)
+            .help("name its map.yaml to cut that with another --furniture"));
+    }
+    let rejected = |error: &dyn std::error::Error| Failure::rejected(session, "session", error);
+    let mut mapper = Mapper::load(&mut files::open(session)?).map_err(|error| rejected(&error))?;
+    let (_, gridmap) = map_folder::read(&args.map)?;
+    let mut map = mapper.survey(&gridmap).map_err(|error| Failure::rejected(&args.map, "regions.map", &error))?;
+    warn_of_none(&map, args, context);
+    for lost in mapper.floor_plan().lost_names() {
+        context.warn(&format!("the name `{lost}` has no region of its own at present; it is kept"));
+    }
+    let changed = change(args, &mut mapper, &mut map)?;
+    let floor = Floor { free: hierarchy::floor(&gridmap), unknown: None, map_from_grid: Isometry2::identity() };
+    let written = match &args.out {
+        Some(out) => write(out, args.force, &map, &floor)?,
+        None if changed => write(&args.map, true, &map, &floor)?,
+        None => Vec::new(),
+    };
+    if changed {
+        files::write(session, true, |mut out| mapper.save(&mut out).map_err(io::Error::other))
+            .map_err(|error| Failure::writing(session, &error))?;
+    }
+    let places = places(&mapper, &map);
+    show(args, context, map, &floor, places, written)
+}
+
+/// Names regions, opens and closes gateways; answers whether anything was asked for.
+fn change(args: &RegionsArgs, mapper: &mut Mapper, map: &mut RegionMap) -> Result<bool, Failure> {
+    for (label, name) in &args.names {
+        mapper.name_region(map, *label, name).map_err(|error| names::refused(&error))?;
+    }
+    let closed = args.closed.iter().map(|gateway| (*gateway, Passage::Closed));
+    let opened = args.opened.iter().map(|gateway| (*gateway, Passage::Open));
+    for (gateway, passage) in closed.chain(opened) {
+        if !mapper.set_passage(map, gateway, passage) {
+            let message = match map.gateways.len() {
+                0 => format!("there is no gateway {gateway}; the map has none"),
+                count => format!("there is no gateway {gateway}; the gateways are 0 to {}", count - 1),
+            };
+            return Err(Failure::new(Exit::Usage, "regions.gateway", message));
+        }
+    }
+    Ok(!(args.names.is_empty() && args.closed.is_empty() && args.opened.is_empty()))
+}
+
+/// The places in each region, in the order of the regions.
+fn places(mapper: &Mapper, map: &RegionMap) -> Vec<Vec<u32>> {
+    let mut places = vec![Vec::new(); map.regions.len()];
+    for (place, label) in mapper.places_in(map) {
+        if let Some(index) = label.and_then(|label| usize::from(label).checked_sub(1)) {
+            places[index].push(place.0);
+        }
+    }
+    places
+}
