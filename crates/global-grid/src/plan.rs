@@ -9,7 +9,7 @@ use local_grid::{FuzzyGrid, Grid};
 use crate::Exposure;
 use crate::derived::{Norm, derive};
 use dilate::dilate;
-use search::search;
+use search::{costs, search};
 
 /// How a path is found.
 #[derive(Debug, Clone, PartialEq)]
@@ -209,6 +209,30 @@ pub fn plan(grid: &FuzzyGrid, start: Point2<f64>, goal: Point2<f64>, options: &P
     let from = standing(grid, &unsafety, start, End::Start, options)?;
     let to = standing(grid, &unsafety, goal, End::Goal, options)?;
     search(&unsafety, from, to, options)
+}
+
+/// As [`plan`], over an [`unsafety`] map that was made before, and perhaps closed in places since: for many plans, or for
+/// those that keep to a part of the map.
+///
+/// `None` where one end lies outside or is unsafe, or no way leads between them; [`plan`] says which.
+#[must_use]
+pub fn plan_over(unsafety: &Grid<f32>, start: Point2<f64>, goal: Point2<f64>, options: &PlanOptions) -> Option<Path> {
+    let (from, to) = (safe_cell(unsafety, start, options)?, safe_cell(unsafety, goal, options)?);
+    search(unsafety, from, to, options).ok()
+}
+
+/// What the cheapest way from `start` to each cell costs, as [`plan`] counts; infinite where no way leads. `None` where the
+/// start lies outside or is unsafe.
+#[must_use]
+pub fn costs_from(unsafety: &Grid<f32>, start: Point2<f64>, options: &PlanOptions) -> Option<Grid<f64>> {
+    Some(costs(unsafety, safe_cell(unsafety, start, options)?, options))
+}
+
+/// The cell of a point, if the robot may be there.
+fn safe_cell(unsafety: &Grid<f32>, point: Point2<f64>, options: &PlanOptions) -> Option<(usize, usize)> {
+    let (row, column) = unsafety.frame().cell_at(point)?;
+    let risk = f64::from(*unsafety.get(row, column)?);
+    (risk <= f64::from(unexplored_unsafety(options)).min(options.forbidden) + 1e-6).then_some((row, column))
 }
 
 /// The cell of a point where the robot can stand.

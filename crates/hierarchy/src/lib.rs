@@ -52,7 +52,7 @@ pub use metrics::{
     Timings, TrustMetrics, TruthMetrics, WeakLink,
 };
 pub use problem::{Problem, RelaxationError};
-pub use query::{count_regions, floor, regions};
+pub use query::{Plan, Planner, RouteError, count_regions, floor, regions};
 pub use recognize::{Closure, Verdict};
 pub use route_graph::{RouteEdge, RouteGraph, RouteNode, RouteOptions};
 pub use session::SessionError;

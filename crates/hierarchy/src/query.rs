@@ -1,5 +1,7 @@
 //! Decisions that flow down: what the higher levels say about the lower ones.
 
+mod plan;
 mod rooms;
 
+pub use plan::{Plan, Planner, RouteError};
 pub use rooms::{count_regions, floor, regions};

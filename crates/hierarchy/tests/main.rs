@@ -10,6 +10,7 @@ mod explain;
 mod live_map;
 mod logs;
 mod office_loop;
+mod plans;
 mod real_logs;
 mod recognitions;
 mod rooms;

@@ -50,6 +50,30 @@ const NEIGHBOURS: [(isize, isize, f64); 8] = {
     ]
 };
 
+/// The cost of the cheapest way from a cell to every cell, infinite where none leads (Dijkstra).
+pub(super) fn costs(unsafety: &Grid<f32>, from: (usize, usize), options: &PlanOptions) -> Grid<f64> {
+    let frame = unsafety.frame();
+    let start = from.0 * frame.columns() + from.1;
+    let mut costs = unsafety.map(|_| f64::INFINITY);
+    let mut open = BinaryHeap::new();
+    costs.cells_mut()[start] = 0.0;
+    open.push(Candidate { bound: 0.0, cost: 0.0, cell: start });
+    while let Some(Candidate { cost, cell, .. }) = open.pop() {
+        if cost > costs.cells()[cell] {
+            continue; // a cheaper way was found meanwhile
+        }
+        for (next, length) in steps(unsafety, cell, options) {
+            let risk = f64::from(unsafety.cells()[next]);
+            let cost = cost + length * frame.resolution() * (1.0 + options.risk_weight * risk);
+            if cost < costs.cells()[next] {
+                costs.cells_mut()[next] = cost;
+                open.push(Candidate { bound: cost, cost, cell: next });
+            }
+        }
+    }
+    costs
+}
+
 /// A* from cell to cell over an unsafety map.
 pub(super) fn search(
     unsafety: &Grid<f32>,

@@ -98,7 +98,7 @@ impl Mapper {
         gateway < map.gateways.len()
     }
 
-    fn visited_poses(&self) -> Vec<(PlaceId, Isometry2<f64>)> {
+    pub(super) fn visited_poses(&self) -> Vec<(PlaceId, Isometry2<f64>)> {
         let visited = self.topology().places().iter().filter(|place| place.is_visited());
         visited.map(|place| (place.id, self.coordinates().map_from_place(place.id))).collect()
     }

@@ -1,0 +1,84 @@
+use global_grid::plan::{PlanOptions, plan};
+use hierarchy::local_grid::{Fuzzy, FuzzyGrid, Grid, GridFrame};
+use hierarchy::{Planner, RouteError, regions};
+use nalgebra::Point2;
+use region_map::RegionMap;
+
+/// A corridor of 20 × 2 m with four rooms of 4.8 × 4 m on either side, doors of 1 m; the first two rooms on the left are
+/// joined by a door of their own.
+fn office() -> FuzzyGrid {
+    let frame = GridFrame::new(Point2::new(-1.0, -6.0), 0.1, 130, 220).unwrap();
+    let mut grid = FuzzyGrid::new(frame);
+    for (index, cell) in grid.cells_mut().iter_mut().enumerate() {
+        let p = frame.center(index / frame.columns(), index % frame.columns());
+        let (room, x, away) = ((p.x / 5.0).floor(), p.x.rem_euclid(5.0), p.y.abs());
+        let inside = (0.0..20.0).contains(&p.x) && p.y < 6.0;
+        let corridor = away < 1.0;
+        let in_room = (1.2..5.2).contains(&away) && x > 0.2;
+        let in_door = (1.0..1.2).contains(&away) && (2.0..3.0).contains(&x);
+        let between = room == 1.0 && x <= 0.2 && (3.0..4.0).contains(&p.y);
+        let free = inside && (corridor || in_room || in_door || between);
+        *cell = if free { Fuzzy { empty: 0.95, occupied: 0.0 } } else { Fuzzy { empty: 0.0, occupied: 0.95 } };
+    }
+    grid
+}
+
+fn close(map: &mut RegionMap, near: Point2<f64>) -> usize {
+    let nearest = |(_, gateway): &(usize, &region_map::Gateway)| (gateway.center - near).norm();
+    let found = map.gateways.iter().enumerate().min_by(|a, b| nearest(a).total_cmp(&nearest(b)));
+    let index = found.map(|(index, _)| index).unwrap();
+    map.gateways[index].blocked = true;
+    index
+}
+
+#[test]
+fn a_plan_through_regions_is_as_short_as_one_over_all_cells() {
+    let grid = office();
+    let map = regions(&grid).unwrap();
+    assert_eq!(map.regions.len(), 9);
+    let options = PlanOptions::default();
+    let planner = Planner::new(&grid, &map, &options).unwrap();
+    let spots = [(1.0, 4.0), (9.0, 4.5), (17.0, 3.0), (3.0, -4.0), (18.0, -2.0), (10.0, 0.0), (0.6, 0.0)];
+    let spots: Vec<Point2<f64>> = spots.iter().map(|(x, y)| Point2::new(*x, *y)).collect();
+    for (k, start) in spots.iter().enumerate() {
+        for goal in &spots[k + 1..] {
+            let plan = planner.plan(*start, *goal).unwrap();
+            let cells = global_grid::plan::plan(&grid, *start, *goal, &options).unwrap();
+            let (found, least) = (plan.path.length, cells.length);
+            assert!(found <= 1.05 * least, "{start} to {goal}: {found} m for {least} m");
+            assert_eq!(plan.regions.len(), plan.gateways.len() + 1);
+            assert_eq!(plan.regions.first(), map.region_at(*start).map(|region| &region.label));
+            assert_eq!(plan.regions.last(), map.region_at(*goal).map(|region| &region.label));
+        }
+    }
+}
+
+#[test]
+fn no_plan_leads_through_a_closed_door() {
+    let grid = office();
+    let mut map = regions(&grid).unwrap();
+    let options = PlanOptions::default();
+    let (room, corridor) = (Point2::new(1.5, 4.0), Point2::new(2.5, 0.0));
+    let direct = Planner::new(&grid, &map, &options).unwrap().plan(room, corridor).unwrap();
+    close(&mut map, Point2::new(2.5, 1.1));
+    let round = Planner::new(&grid, &map, &options).unwrap().plan(room, corridor).unwrap();
+    assert_eq!(round.gateways.len(), 2, "through the room next door");
+    assert!(round.path.length > direct.path.length + 5.0);
+    let door = close(&mut map, Point2::new(5.1, 3.5));
+    let error = Planner::new(&grid, &map, &options).unwrap().plan(room, corridor).unwrap_err();
+    assert!(matches!(&error, RouteError::Closed(closed) if closed.contains(&door)), "{error}");
+    // What has no way even with all doors open says so.
+    let error = Planner::new(&grid, &map, &options).unwrap().plan(room, Point2::new(-0.5, 0.0)).unwrap_err();
+    assert!(matches!(error, RouteError::Cells(_)), "{error}");
+}
+
+#[test]
+fn a_start_beside_all_regions_is_planned_over_all_cells() {
+    let grid = office();
+    let map = RegionMap { labels: Grid::new(*grid.frame()), regions: Vec::new(), gateways: Vec::new() };
+    let options = PlanOptions::default();
+    let (start, goal) = (Point2::new(1.0, 4.0), Point2::new(18.0, -2.0));
+    let found = Planner::new(&grid, &map, &options).unwrap().plan(start, goal).unwrap();
+    assert_eq!(found.path, plan(&grid, start, goal, &options).unwrap());
+    assert!(found.regions.is_empty());
+}
