@@ -9,18 +9,17 @@ use super::{Floor, RegionsArgs, names, show, warn_of_none, write};
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::{files, map_folder};
+use crate::{files, map_folder, session};
 
 /// The rooms of a run. Names and closed gateways are kept in its session, since they belong to the map and not to a file.
-pub(super) fn run(args: &RegionsArgs, session: &Path, context: &Context) -> Result<(), Failure> {
+pub(super) fn run(args: &RegionsArgs, stored: &Path, context: &Context) -> Result<(), Failure> {
     if args.furniture.is_some() || args.resolution.is_some() {
         let message = "the rooms of a run are cut as `topogrid run` cuts them";
         return Err(Failure::new(Exit::Usage, "regions.arguments", message)
             .help("name its map.yaml to cut that with another --furniture"));
     }
-    let rejected = |error: &dyn std::error::Error| Failure::rejected(session, "session", error);
-    let mut mapper = Mapper::load(&mut files::open(session)?).map_err(|error| rejected(&error))?;
-    let (_, gridmap) = map_folder::read(&args.map)?;
+    let mut mapper = session::recorded(&args.map)?;
+    let gridmap = map_folder::read(&args.map)?.grid;
     let mut map = mapper.survey(&gridmap).map_err(|error| Failure::rejected(&args.map, "regions.map", &error))?;
     warn_of_none(&map, args, context);
     for lost in mapper.floor_plan().lost_names() {
@@ -34,8 +33,8 @@ pub(super) fn run(args: &RegionsArgs, session: &Path, context: &Context) -> Resu
         None => Vec::new(),
     };
     if changed {
-        files::write(session, true, |mut out| mapper.save(&mut out).map_err(io::Error::other))
-            .map_err(|error| Failure::writing(session, &error))?;
+        files::write(stored, true, |mut out| mapper.save(&mut out).map_err(io::Error::other))
+            .map_err(|error| Failure::writing(stored, &error))?;
     }
     let places = places(&mapper, &map);
     show(args, context, map, &floor, places, written)
