@@ -95,11 +95,8 @@ pub(crate) fn run(args: &PlanArgs, context: &Context) -> Result<(), Failure> {
         ..PlanOptions::default()
     };
     let session = args.map.join("session.hmap");
-    let found = if session.exists() {
-        of_run(args, &grid, &options)?
-    } else {
-        of_map(args, &grid, &map_from_grid, &options)?
-    };
+    let found =
+        if session.exists() { of_run(args, &grid, &options)? } else { of_map(args, &grid, &map_from_grid, &options)? };
     let path = &found.path;
     if let Some(out) = &args.out {
         let draw =
