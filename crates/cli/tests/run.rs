@@ -126,7 +126,7 @@ fn the_record_tells_how_a_run_came_about() {
     assert_eq!((&record["schema"], &record["complete"]), (&"topogrid/run/1".into(), &true.into()));
     assert_eq!(record["command"][0], "demo");
     let listed = record["outputs"].as_array().unwrap();
-    assert!(listed.iter().any(|file| file["file"] == "layers/empty.png"));
+    assert!(listed.iter().any(|file| file["file"] == "layers/free.png"));
     let svg = listed.iter().find(|file| file["file"] == "topology.svg").unwrap();
     assert_eq!(svg["bytes"], run.join("topology.svg").metadata().unwrap().len());
     assert_eq!(svg["sha256"].as_str().unwrap().len(), 64);
