@@ -57,6 +57,24 @@ fn minute_5_the_map_loads_in_map_servers() {
 }
 
 #[test]
+fn minute_6_a_finer_grid_needs_no_mapping() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("fine");
+    let told = topogrid().arg("grid").arg(demo::run()).args(["--resolution", "0.05", "-o"]).arg(&out).assert().success();
+    assert!(!String::from_utf8_lossy(&told.get_output().stderr).contains("topology"), "places are not sought again");
+    let yaml = std::fs::read_to_string(out.join("map.yaml")).unwrap();
+    assert!(yaml.contains("resolution: 0.05"), "{yaml}");
+    let size = |run: &Path| -> Vec<u32> {
+        let pgm = std::fs::read(run.join("map.pgm")).unwrap();
+        let header = String::from_utf8_lossy(&pgm[..40]).into_owned();
+        header.lines().nth(1).unwrap().split(' ').map(|number| number.parse().unwrap()).collect()
+    };
+    for (fine, coarse) in size(&out).into_iter().zip(size(demo::run())) {
+        assert!(fine.abs_diff(2 * coarse) <= 2, "{fine} cells for {coarse}");
+    }
+}
+
+#[test]
 fn minute_7_loops_have_readable_reasons() {
     let text = demo::text(&["explain", demo::run().to_str().unwrap(), "--loops"]);
     assert!(text.contains("σ") && text.contains("views agree") && text.contains("refused"), "{text}");

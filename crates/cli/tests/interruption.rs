@@ -58,6 +58,27 @@ fn ctrl_c_keeps_the_map_and_resume_ends_it() {
 }
 
 #[test]
+fn resume_without_a_log_opens_the_one_that_the_run_was_interrupted_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, log) = (folder.path().join("office"), folder.path().join("office.log"));
+    let mut child = halfway(&out);
+    interrupt(&child);
+    drop(child.stdin.take()); // wakes it up, if it has not left by then
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    // The same, had the log been a file: a pipe is what a test can hold half open.
+    std::fs::write(&log, LOG).unwrap();
+    let path = out.join("run.json");
+    let mut record: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    assert_eq!((&record["command"][1], &record["complete"]), (&"-".into(), &false.into()));
+    record["command"][1] = log.to_str().unwrap().into();
+    std::fs::write(&path, record.to_string()).unwrap();
+    topogrid().arg("resume").arg(&out).assert().success();
+    assert_eq!(demo::metrics(&out)["log"]["entries"], demo::metrics(demo::run())["log"]["entries"]);
+    let record: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    assert_eq!(record["complete"], true);
+}
+
+#[test]
 fn ctrl_c_twice_stops_at_once_and_the_checkpoint_is_whole() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("office");
