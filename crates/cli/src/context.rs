@@ -53,6 +53,11 @@ impl Context {
         out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Failure::stdout)
     }
 
+    /// Prints the last screen of a command whose results are files, unless the user wants silence.
+    pub(crate) fn sum_up(&self, text: &str) -> Result<(), Failure> {
+        if self.quiet { Ok(()) } else { self.print(text) }
+    }
+
     /// Prints the one JSON document of the command.
     pub(crate) fn print_json(&self, document: &impl Serialize) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(document)

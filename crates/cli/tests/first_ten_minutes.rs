@@ -60,7 +60,8 @@ fn minute_5_the_map_loads_in_map_servers() {
 fn minute_6_a_finer_grid_needs_no_mapping() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("fine");
-    let told = topogrid().arg("grid").arg(demo::run()).args(["--resolution", "0.05", "-o"]).arg(&out).assert().success();
+    let told =
+        topogrid().arg("grid").arg(demo::run()).args(["--resolution", "0.05", "-o"]).arg(&out).assert().success();
     assert!(!String::from_utf8_lossy(&told.get_output().stderr).contains("topology"), "places are not sought again");
     let yaml = std::fs::read_to_string(out.join("map.yaml")).unwrap();
     assert!(yaml.contains("resolution: 0.05"), "{yaml}");

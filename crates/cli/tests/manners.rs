@@ -86,3 +86,13 @@ fn a_reader_that_leaves_is_no_failure() {
     assert_eq!(out.status.code(), Some(0));
     assert_eq!(String::from_utf8_lossy(&out.stderr), "");
 }
+
+#[test]
+fn a_quiet_run_says_nothing_but_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let told = topogrid().args(["demo", "-q", "-o"]).arg(&out).assert().success();
+    assert!(told.get_output().stdout.is_empty() && told.get_output().stderr.is_empty());
+    assert!(out.join("map.yaml").exists());
+    topogrid().args(["demo", "-q", "-o"]).arg(&out).assert().code(2).stderr(predicates::str::contains("--force"));
+}

@@ -97,7 +97,7 @@ fn tell(job: &Job, folder: &RunFolder, metrics: &hierarchy::Metrics, context: &C
     if context.json {
         context.print_json(metrics)?;
     } else {
-        context.print(&summary::text(&job.name, folder, metrics, job.args.seed, None))?;
+        context.sum_up(&summary::text(&job.name, folder, metrics, job.args.seed, None))?;
     }
     gate::check(&job.args.fail_on, metrics)
 }

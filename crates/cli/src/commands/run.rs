@@ -147,7 +147,7 @@ pub(crate) fn map_log(job: &Job, context: &Context) -> Result<(), Failure> {
     if context.json {
         context.print_json(&metrics)?;
     } else {
-        context.print(&summary::text(&job.name, &folder, &metrics, job.args.seed, verified.as_deref()))?;
+        context.sum_up(&summary::text(&job.name, &folder, &metrics, job.args.seed, verified.as_deref()))?;
     }
     gate::check(&job.args.fail_on, &metrics)
 }
