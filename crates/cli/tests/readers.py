@@ -5,31 +5,29 @@
 Exit code 77 means that the reader is not installed.
 """
 
+import importlib
 import json
 import re
 import sys
 
 
-def missing(package):
-    print(f"skipped: the Python package {package} is not installed")
-    sys.exit(77)
+def installed(module, package=None):
+    """The module, where the package that holds it is installed; else the reading is skipped with a word."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        print(f"skipped: the Python package {package or module} is not installed")
+        sys.exit(77)
 
 
 def tum(path):
-    try:
-        from evo.tools import file_interface
-    except ImportError:
-        missing("evo")
-    path = file_interface.read_tum_trajectory_file(path)
+    path = installed("evo.tools.file_interface", "evo").read_tum_trajectory_file(path)
     assert path.check()[0], path.check()[1]
     return {"poses": path.num_poses, "length_m": path.path_length, "end": path.positions_xyz[-1].tolist()}
 
 
 def geojson(path):
-    try:
-        import geojson
-    except ImportError:
-        missing("geojson")
+    geojson = installed("geojson")
     with open(path) as file:
         collection = geojson.load(file)
     assert collection.is_valid, collection.errors()
@@ -99,10 +97,7 @@ def follow(rule, value, where):
 
 
 def tmap2(path):
-    try:
-        import yaml
-    except ImportError:
-        missing("PyYAML")
+    yaml = installed("yaml", "PyYAML")
     with open(path) as file:
         tmap = yaml.safe_load(file)
     follow(TMAP2, tmap, "map")
@@ -117,11 +112,7 @@ def tmap2(path):
 
 
 def dot(path):
-    try:
-        import networkx
-        import pydot
-    except ImportError:
-        missing("networkx or pydot")
+    networkx, pydot = installed("networkx"), installed("pydot")
     graph = networkx.Graph(networkx.nx_pydot.from_pydot(pydot.graph_from_dot_file(path)[0]))
     graph.remove_nodes_from([node for node in graph if not node.startswith("P")])
     spots = [attributes["pos"] for _, attributes in graph.nodes(data=True)]
@@ -130,10 +121,7 @@ def dot(path):
 
 
 def map_server(path):
-    try:
-        import yaml
-    except ImportError:
-        missing("PyYAML")
+    yaml = installed("yaml", "PyYAML")
     with open(path) as file:
         header = yaml.safe_load(file)
     assert header["free_thresh"] < 50 / 255 < header["occupied_thresh"] and header["negate"] == 0
@@ -151,10 +139,7 @@ def map_server(path):
 
 
 def mcap(path):
-    try:
-        from mcap.reader import make_reader
-    except ImportError:
-        missing("mcap")
+    make_reader = installed("mcap.reader", "mcap").make_reader
     counts, last = {}, {}
     with open(path, "rb") as file:
         for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
