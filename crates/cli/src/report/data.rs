@@ -4,6 +4,7 @@ mod signatures;
 
 use std::collections::BTreeMap;
 
+use global_grid::Exposure;
 use hierarchy::explain::{Explanation, LoopStory};
 use hierarchy::topo_map::{LinkOrigin, LinkState, PlaceState};
 use hierarchy::{Atlas, AtlasLink, AtlasPlace, Growth, Mapper};
@@ -44,6 +45,8 @@ struct GridData {
     columns: usize,
     bayes: String,
     dempster_shafer: String,
+    /// By what all evidence is multiplied to be seen: fuzzy, Bayes, Dempster-Shafer.
+    exposure: [f32; 3],
 }
 
 #[derive(Debug, Serialize)]
@@ -157,16 +160,20 @@ impl GridData {
         let by = |calculus| {
             let grid = finished.mapper.gridmap_by(calculus).map_err(|error| super::failed(&error))?;
             // The calculi know of the same cells, but a map is cut to what it knows.
-            super::indexed(&global_grid::resampled(&grid, frame))
+            let grid = global_grid::resampled(&grid, frame);
+            Ok::<_, Failure>((super::indexed(&grid)?, Exposure::of(&grid).factor()))
         };
+        let (bayes, of_bayes) = by(global_grid::Calculus::Bayes)?;
+        let (dempster_shafer, of_dempster_shafer) = by(global_grid::Calculus::DempsterShafer)?;
         Ok(Self {
             left: mm(frame.origin().x),
             bottom: mm(frame.origin().y),
             cell: frame.resolution(),
             rows: frame.rows(),
             columns: frame.columns(),
-            bayes: by(global_grid::Calculus::Bayes)?,
-            dempster_shafer: by(global_grid::Calculus::DempsterShafer)?,
+            bayes,
+            dempster_shafer,
+            exposure: [Exposure::of(&finished.gridmap).factor(), of_bayes, of_dempster_shafer],
         })
     }
 }

@@ -29,14 +29,23 @@ async function recolored(png, paint) {
 }
 
 const degrees = (index) => [(index >> 4) / 15, (index & 15) / 15];
-function cells() { // the four corners of (empty, occupied), mixed
-  const corners = ["unknown", "empty", "occupied", "both"].map(rgb);
+// As in map.png: how much evidence there is, `factor` times what was gathered, tells a cell from unexplored ground, and its
+// occupied share whether it is floor or wall. A degree of 1 stands for all from 0.98 on: steps of a fifteenth tell no more.
+const evidence = (factor) => (index) => {
+  const [e, o] = degrees(index).map((degree) => -factor * Math.log(1 - Math.min(degree, 0.98)));
+  return { known: 1 - Math.exp(-e - o), share: o / (e + o || 1) };
+};
+function cells(factor) {
+  const [unknown, empty, occupied] = ["unknown", "empty", "occupied"].map(rgb), judge = evidence(factor);
   return (index) => {
-    const [e, o] = degrees(index), weights = [(1 - e) * (1 - o), e * (1 - o), o * (1 - e), e * o];
-    return [0, 1, 2].map((c) => Math.round(weights.reduce((sum, weight, k) => sum + weight * corners[k][c], 0))).concat(255);
+    const { known, share } = judge(index), wall = Math.min(Math.max((share - 0.3) / 0.35, 0), 1);
+    return [0, 1, 2].map((c) => Math.round((1 - known) * unknown[c] + known * ((1 - wall) * empty[c] + wall * occupied[c]))).concat(255);
   };
 }
-const overlay = (name, degree) => { const ink = rgb(name); return (index) => [...ink, Math.round(255 * degree(...degrees(index)))]; };
+function overlay(name, degree) {
+  const ink = rgb(name), judge = evidence(D.grid.exposure[0]);
+  return (index) => [...ink, Math.round(255 * degree(judge(index)))];
+}
 
 const source = {
   fuzzy: bytes(byId("fuzzy").getAttribute("href").split(",")[1]),
@@ -49,9 +58,9 @@ const UNEXPLORED = 0.85;
 let image = {};
 async function paintImages() {
   const [fuzzy, bayes, shafer, contradictory, unexplored] = await Promise.all([
-    recolored(source.fuzzy, cells()), recolored(source.bayes, cells()), recolored(source.shafer, cells()),
-    recolored(source.fuzzy, overlay("contradictory", (e, o) => e * o)),
-    recolored(source.fuzzy, overlay("unexplored", (e, o) => UNEXPLORED * ((1 - e) * (1 - o)) ** 2)),
+    ...[source.fuzzy, source.bayes, source.shafer].map((map, k) => recolored(map, cells(D.grid.exposure[k]))),
+    recolored(source.fuzzy, overlay("contradictory", ({ known, share }) => known * Math.max(0, 1 - Math.abs(share - 0.5) / 0.175))),
+    recolored(source.fuzzy, overlay("unexplored", ({ known }) => UNEXPLORED * (1 - known) ** 2)),
   ]);
   image = { fuzzy, bayes, shafer, contradictory, unexplored };
 }

@@ -9,10 +9,11 @@ const cross = (name) => `<path d="M11 4l8 8m0-8l-8 8" stroke="var(--${name})" st
 const dashes = 'stroke-dasharray="5 3"';
 const n = (many, what) => `${many.toLocaleString("en")} ${what}`;
 
+const times = (factor) => (factor > 1.05 ? `, evidence ×${factor.toFixed(1)}` : "");
 const MAPS = [
-  ["fuzzy", "Fuzzy sets", ramp("empty", "unknown", "occupied")],
-  ["bayes", "Bayes", ramp("empty", "unknown", "occupied")],
-  ["shafer", "Dempster–Shafer", ramp("empty", "unknown", "occupied")],
+  ["fuzzy", `Fuzzy sets${times(D.grid.exposure[0])}`, ramp("empty", "unknown", "occupied")],
+  ["bayes", `Bayes${times(D.grid.exposure[1])}`, ramp("empty", "unknown", "occupied")],
+  ["shafer", `Dempster–Shafer${times(D.grid.exposure[2])}`, ramp("empty", "unknown", "occupied")],
   ["none", "No gridmap", ""],
 ];
 const accepted = D.closures.accepted.reduce((sum, one) => sum + one, 0);
