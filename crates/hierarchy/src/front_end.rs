@@ -1,8 +1,5 @@
 use nalgebra::Isometry2;
-use robot_log::local_grid::{
-    FuzzyGrid, LocalMapError, Scan, SensorKind, StructureOptions, WallCompass, WallCompassOptions,
-    wall_direction_of_grid,
-};
+use robot_log::local_grid::{LocalMapError, Scan, SensorKind};
 use robot_log::{Entry, EntryKind};
 
 use crate::HeadingMode;
@@ -10,6 +7,7 @@ use crate::config::Config;
 use crate::laser::LaserTrack;
 use crate::tracker::Tracker;
 use crate::trajectory::Sample;
+use crate::wall_heading::{Sight, WallHeading};
 
 /// The lowest level at work: where the robot is, locally, and what is around it now.
 #[derive(Debug)]
@@ -18,8 +16,8 @@ pub(crate) struct FrontEnd {
     /// The scans that hold the pose, once a precise sensor has spoken; never where odometry alone is asked for.
     laser_track: Option<LaserTrack>,
     scans_may_hold: bool,
-    /// The directions of walls in the grids of places, where no scan is precise enough to be matched.
-    walls: WallCompass,
+    /// The walls along which the robot drives, where no scan is precise enough to be matched.
+    walls: WallHeading,
     held_by_walls: bool,
     odom_from_robot: Isometry2<f64>,
 }
@@ -50,7 +48,7 @@ impl FrontEnd {
             tracker: Tracker::new(config),
             laser_track: None,
             scans_may_hold: matches!(config.heading.source, HeadingMode::Auto | HeadingMode::Structure),
-            walls: WallCompass::new(walls_of_places()),
+            walls: WallHeading::new(config),
             held_by_walls: false,
             odom_from_robot: Isometry2::identity(),
         }
@@ -64,8 +62,12 @@ impl FrontEnd {
         samples: &[Sample],
     ) -> Result<Self, SenseError> {
         let laser_track = if held_by_scans { Some(LaserTrack::restored(lasers(samples))?) } else { None };
-        let odom_from_robot = samples.last().map_or_else(Isometry2::identity, |sample| sample.odom_from_robot);
-        Ok(Self { tracker, laser_track, odom_from_robot, ..Self::new(config) })
+        let mut restored = Self { tracker, laser_track, ..Self::new(config) };
+        for sample in samples {
+            restored.odom_from_robot = sample.odom_from_robot;
+            restored.held_by_walls |= restored.sight_of_walls(&sample.scan).is_some();
+        }
+        Ok(restored)
     }
 
     /// Follows one entry.
@@ -108,17 +110,11 @@ impl FrontEnd {
         self.held_by_walls
     }
 
-    /// Takes the direction of the walls around a place as a sight, where neither compass nor gyro nor laser knows better.
-    pub(crate) fn see_walls(&mut self, grid: &FuzzyGrid, track_from_place: f64) {
+    /// What the walls beside the robot say of its heading, where neither compass nor gyro nor laser knows better.
+    fn sight_of_walls(&mut self, scan: &Scan) -> Option<Sight> {
         let known = self.tracker.has_compass() || self.tracker.has_gyro() || self.is_held_by_scans();
-        if known || !self.scans_may_hold {
-            return;
-        }
-        if let Some(seen) = wall_direction_of_grid(grid, &StructureOptions::default()) {
-            let turn = self.walls.sight(&seen, track_from_place);
-            self.tracker.turn_in_place(turn);
-            self.held_by_walls |= turn != 0.0;
-        }
+        let wanted = self.scans_may_hold && !known && scan.sensor().kind() == SensorKind::Sonar;
+        if wanted { self.walls.observe(&self.odom_from_robot, scan) } else { None }
     }
 
     fn sense(&mut self, stamp: f64, scan: &Scan) -> Result<Sample, SenseError> {
@@ -129,6 +125,10 @@ impl FrontEnd {
                 self.tracker.correct(&found);
             }
         }
+        if let Some(sight) = self.sight_of_walls(scan) {
+            self.tracker.turn_by_walls(sight.turn, sight.variance);
+            self.held_by_walls = true;
+        }
         let track_from_robot = self.tracker.track_from_robot();
         Ok(Sample {
             stamp,
@@ -138,12 +138,6 @@ impl FrontEnd {
             scan: scan.clone(),
         })
     }
-}
-
-/// A grid of a place gathers many scans, so that few teach the building's direction; but sonar draws its walls askew.
-fn walls_of_places() -> WallCompassOptions {
-    let degrees = |degrees: f64| degrees.to_radians();
-    WallCompassOptions { lessons: 4, gate: degrees(15.0), agreement: degrees(5.0), ..WallCompassOptions::default() }
 }
 
 /// The scans that a map of walls is drawn from, each where it was taken.

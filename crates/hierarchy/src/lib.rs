@@ -32,6 +32,7 @@ mod tracker;
 mod trajectory;
 mod truth;
 mod verify;
+mod wall_heading;
 
 pub use atlas::{Atlas, AtlasLink, AtlasPlace};
 pub use config::{

@@ -367,7 +367,6 @@ impl Mapper {
         let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
         let seen = self.seen_since(anchor.travelled);
         let grid = self.sight.grid(&track_from_place, seen)?;
-        self.front_end.see_walls(&grid, track_from_place.rotation.angle());
         self.map.describe(anchor.place, self.sight.cut(&grid))?;
         if !self.config.recognition.enabled || self.eyes.are_shut() {
             return Ok(Vec::new());

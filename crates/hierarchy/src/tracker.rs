@@ -287,8 +287,15 @@ impl Tracker {
         self.turn_in_place(correction);
     }
 
+    /// Turns the robot by what walls say, which leaves its heading uncertain by `variance` against their direction.
+    pub(crate) fn turn_by_walls(&mut self, turn: f64, variance: f64) {
+        // The place was left with a heading of its own, about as uncertain.
+        self.since_place.turn_variance = self.since_place.turn_variance.min(2.0 * variance);
+        self.turn_in_place(turn);
+    }
+
     /// Turns the robot, and nothing before.
-    pub(crate) fn turn_in_place(&mut self, turn: f64) {
+    fn turn_in_place(&mut self, turn: f64) {
         let position = self.track_from_robot.translation;
         let turned = nalgebra::UnitComplex::new(turn) * self.track_from_robot.rotation;
         self.track_from_robot = Isometry2::from_parts(position, turned);

@@ -1,4 +1,6 @@
+use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
 use hierarchy::{Config, Mapper};
+use nalgebra::Isometry2;
 use robot_log::Entry;
 use simulator::{Drift, OdometryModel};
 
@@ -17,8 +19,30 @@ fn eight_sonars_draw_the_corridor() {
     let Some(folder) = shared("sonar/ring8") else { return };
     let log = entries(&[folder.join("run1_od.txt"), folder.join("run1_sonar.txt")], Some("ring8"));
     let mapper = map(&log, Config::default());
-    assert_eq!(mapper.heading_source(), "odometry");
+    assert_eq!(mapper.heading_source(), "structure");
     finishes(&mapper, 15);
+}
+
+#[test]
+fn walls_beside_eight_sonars_hold_the_heading_or_do_no_harm() {
+    let Some(folder) = shared("sonar/ring8") else { return };
+    for (run, share) in [("run1", 0.6), ("run3", 1.0), ("run5", 1.0)] {
+        let mapped = |sensor: &str| {
+            let files = ["od", sensor].map(|kind| folder.join(format!("{run}_{kind}.txt")));
+            map(&entries(&files, Some("ring8")), Config::default())
+        };
+        let (sonar, laser) = (mapped("sonar"), mapped("laser"));
+        let samples = sonar.trajectory().samples();
+        let path = |poses: Vec<Isometry2<f64>>| TimedPath::new(samples.iter().map(|sample| sample.stamp).zip(poses));
+        let truth = path(laser.poses());
+        let error = |poses| {
+            absolute_error(&path(poses), &truth, Alignment::Rigid, Pairing::default()).unwrap().translation_m.rmse
+        };
+        let odometry = error(samples.iter().map(|sample| sample.odom_from_robot).collect());
+        let mapped = error(sonar.poses());
+        println!("{run}: {odometry:.3} m by odometry, {mapped:.3} m mapped by {}", sonar.heading_source());
+        assert!(mapped <= share * odometry + 1e-9, "{run}: {odometry} m by odometry, {mapped} m mapped");
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use local_grid::nalgebra::{Isometry2, Point2, Vector2};
 use local_grid::{
     AlignOptions, Fuzzy, LaserRay, LocalMap, LocalMapOptions, MatchOptions, Prior, RangeSensor, Scan, SearchWindow,
     SensorKind, Signature, SignatureOptions, SonarCone, StructureOptions, WorkingGrid, WorkingGridOptions, align,
-    echoes, refine, search, wall_direction_of_echoes, wall_direction_of_grid,
+    echoes, refine, search, wall_direction_of_echoes,
 };
 
 /// A room of 8 × 6 m with a niche, a partition and a pillar.
@@ -127,9 +127,6 @@ fn scans(c: &mut Criterion) {
     });
     let structure = StructureOptions::default();
     c.bench_function("structure/echoes", |b| b.iter(|| wall_direction_of_echoes(black_box(&found), &structure)));
-    let mut window = window();
-    window.integrate(&LaserRay::default(), &truth, &scan).unwrap();
-    c.bench_function("structure/grid", |b| b.iter(|| wall_direction_of_grid(black_box(window.grid()), &structure)));
 }
 
 criterion_group!(benches, integrate, places, scans);

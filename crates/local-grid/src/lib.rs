@@ -34,7 +34,8 @@ pub use signature::{
     AxisHistogram, CellClass, Count, Descriptor, HistogramMatch, Signature, SignatureError, SignatureOptions,
 };
 pub use structure::{
-    StructureOptions, WallCompass, WallCompassOptions, WallDirection, wall_direction_of_echoes, wall_direction_of_grid,
+    StructureOptions, WallCompass, WallCompassOptions, WallDirection, WallRun, WallRunOptions, WallRuns,
+    wall_direction_of_echoes,
 };
 pub use working::{WorkingGrid, WorkingGridOptions};
 

@@ -1,14 +1,14 @@
 //! The directions in which a building's walls run: a compass of its own, modulo a right angle.
 
 mod compass;
+mod runs;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::Vector2;
-
-use crate::{Cell, Echo, Grid, Heading};
+use crate::{Echo, Heading};
 
 pub use compass::{WallCompass, WallCompassOptions};
+pub use runs::{WallRun, WallRunOptions, WallRuns};
 
 /// How directions are gathered, and when walls are believed to carry a heading.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +38,7 @@ pub struct WallDirection {
     pub share: f64,
     /// Standard deviation of the direction in radians.
     pub sigma: f64,
-    /// Length of all surface that was seen, in metres (of a grid: its weighted edges).
+    /// Length of all surface that was seen, in metres.
     pub length: f64,
 }
 
@@ -69,63 +69,6 @@ pub fn wall_direction_of_echoes(echoes: &[Echo], options: &StructureOptions) -> 
 
 /// The longest surface that one echo may stand for, in metres.
 const MOST_PER_ECHO: f64 = 0.5;
-
-/// The wall direction that a grid shows, in the grid's frame: the directions in which occupancy rises and falls.
-///
-/// `None` where the walls carry no heading.
-#[must_use]
-pub fn wall_direction_of_grid<C: Cell>(grid: &Grid<C>, options: &StructureOptions) -> Option<WallDirection> {
-    let (rows, columns) = (grid.frame().rows(), grid.frame().columns());
-    let occupied: Vec<f64> = grid.cells().iter().map(|cell| f64::from(cell.known().occupied)).collect();
-    let smooth = blurred(&blurred(&occupied, rows, columns), rows, columns);
-    let mut tensor = [(); 3].map(|()| vec![0.0; rows * columns]); // xx, xy, yy
-    for row in 1..rows.saturating_sub(1) {
-        for column in 1..columns.saturating_sub(1) {
-            let slope = slope(&smooth, columns, row, column);
-            let entries = [slope.x * slope.x, slope.x * slope.y, slope.y * slope.y];
-            for (part, entry) in tensor.iter_mut().zip(entries) {
-                part[row * columns + column] = entry;
-            }
-        }
-    }
-    // The staircase of cells has the wall's direction only on the average over several steps.
-    for part in &mut tensor {
-        for _ in 0..4 {
-            *part = blurred(part, rows, columns);
-        }
-    }
-    let mut angles = AngleHistogram::default();
-    let [xx, xy, yy] = &tensor;
-    for ((xx, xy), yy) in xx.iter().zip(xy).zip(yy) {
-        // How much steeper across than along; 0 at corners and in clutter.
-        let edge = (xx - yy).hypot(2.0 * xy);
-        if edge > 1e-4 {
-            angles.add(0.5 * (2.0 * xy).atan2(xx - yy), edge.sqrt() * grid.frame().resolution());
-        }
-    }
-    angles.dominant(options)
-}
-
-/// Scharr's gradient of a cell, per cell: true in direction to within a fraction of a degree.
-fn slope(values: &[f64], columns: usize, row: usize, column: usize) -> Vector2<f64> {
-    let at = |dx: usize, dy: usize| values[(row + dy - 1) * columns + column + dx - 1];
-    Vector2::new(
-        3.0 * (at(2, 0) - at(0, 0)) + 10.0 * (at(2, 1) - at(0, 1)) + 3.0 * (at(2, 2) - at(0, 2)),
-        3.0 * (at(0, 2) - at(0, 0)) + 10.0 * (at(1, 2) - at(1, 0)) + 3.0 * (at(2, 2) - at(2, 0)),
-    ) / 32.0
-}
-
-/// One pass of the binomial filter [1 2 1] both ways; the border is left as it is.
-fn blurred(values: &[f64], rows: usize, columns: usize) -> Vec<f64> {
-    let pass = |values: &[f64], step: usize, inside: &dyn Fn(usize) -> bool| -> Vec<f64> {
-        let mix = |k: usize| {
-            if inside(k) { 0.25 * (values[k - step] + 2.0 * values[k] + values[k + step]) } else { values[k] }
-        };
-        (0..values.len()).map(mix).collect()
-    };
-    let across = pass(values, 1, &|k| k % columns > 0 && k % columns + 1 < columns);
-    pass(&across, columns, &|k| k / columns > 0 && k / columns + 1 < rows)
-}
 
 /// Directions modulo 90°, weighted by length.
 #[derive(Debug, Clone, Default)]
