@@ -3,8 +3,9 @@ use nalgebra::Isometry2;
 
 use crate::SharedEcho;
 use crate::cone::{Cone, Opening};
-use crate::plane::{Plane, SHIFT, TILE, Window};
+use crate::plane::{Plane, SHIFT, TILE};
 use crate::sonar::{cells, open, step};
+use crate::window::Window;
 
 /// The cells in which the causes of echoes may lie, reading by reading.
 #[derive(Debug, Default)]

@@ -38,8 +38,9 @@ pub(crate) fn draw_all(sums: &mut Sums, pen: &mut Pen, options: &GridOptions, sc
 /// What a share of the scans says.
 #[cfg(feature = "parallel")]
 fn apart(options: &GridOptions, scans: &[(&Isometry2<f64>, &Scan)]) -> Sums {
-    let mut sums = Sums::default();
-    draw_in_turn(&mut sums, &mut Pen::new(options), options, scans);
+    let mut pen = Pen::new(options);
+    let mut sums = Sums::new(pen.worth());
+    draw_in_turn(&mut sums, &mut pen, options, scans);
     sums
 }
 

@@ -3,7 +3,7 @@ use nalgebra::Point2;
 
 use crate::Tally;
 use crate::plane::{Plane, TILE, first_cell};
-use crate::sums::{Sums, TileCells};
+use crate::sums::{Sums, tile_row};
 
 /// The frame of the cells from `low` to `high`, both `(row, column)` in the unbounded plane.
 #[expect(clippy::cast_precision_loss, reason = "cell numbers stay below 2^32")]
@@ -21,23 +21,18 @@ pub(crate) fn dense<T: Copy + Default>(
 ) -> Grid<T> {
     let mut grid = Grid::new(frame);
     grid.cells_mut().fill(read(Tally::default()));
-    let mut cells = TileCells::default();
-    for key in sums.keys(echoes) {
-        let rows = overlap(first_cell(key.0) - low.0, frame.rows());
-        let columns = overlap(first_cell(key.1) - low.1, frame.columns());
-        if rows.is_empty() || columns.is_empty() {
-            continue;
-        }
-        cells.load(sums, echoes, key);
+    let rows = tile_row(low.0)..=tile_row(low.0 + count(frame.rows()));
+    sums.each_tile(echoes, rows, |key, cells| {
         let corner = (first_cell(key.0) - low.0, first_cell(key.1) - low.1);
+        let (rows, columns) = (overlap(corner.0, frame.rows()), overlap(corner.1, frame.columns()));
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
             let tally = cells.tally(row * TILE + column);
             if !tally.is_unknown() {
-                let (row, column) = (index(corner.0 + cell(row)), index(corner.1 + cell(column)));
+                let (row, column) = (index(corner.0 + count(row)), index(corner.1 + count(column)));
                 grid.cells_mut()[row * frame.columns() + column] = read(tally);
             }
         }
-    }
+    });
     grid
 }
 
@@ -52,7 +47,7 @@ fn index(cell: i64) -> usize {
     cell as usize
 }
 
-#[expect(clippy::cast_possible_wrap, reason = "below 64")]
-fn cell(index: usize) -> i64 {
-    index as i64
+#[expect(clippy::cast_possible_wrap, reason = "a grid has fewer cells than 2⁶³")]
+fn count(cells: usize) -> i64 {
+    cells as i64
 }

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use crate::calculus::Step;
 use crate::cone::Opening;
-use crate::fan::{Fan, FanPen, FanSteps};
+use crate::fan::{Fan, FanPen};
 use crate::oriolo::{ConeTables, Row};
-use crate::plane::{TILE, Window};
+use crate::plane::TILE;
 use crate::sonar::{model_of, sweep};
-use crate::sums::Sums;
+use crate::sums::{Sums, Worth};
+use crate::window::Window;
 use crate::{GridOptions, SonarModel};
 
 /// Whether a scan's evidence is put into the map or taken out.
@@ -21,6 +22,15 @@ pub(crate) enum Direction {
 impl Direction {
     fn of(self, units: u16) -> u32 {
         self.signed(u32::from(units))
+    }
+
+    /// What is added to a count.
+    #[inline]
+    pub(crate) fn one(self) -> i8 {
+        match self {
+            Self::In => 1,
+            Self::Out => -1,
+        }
     }
 
     /// What is added to a sum that wraps.
@@ -80,8 +90,14 @@ impl Pen {
         }
     }
 
+    /// What a count of the sums that are drawn into is worth.
+    pub(crate) fn worth(&self) -> Worth {
+        Worth { swept: self.sonar.empty.into(), cleared: self.laser.empty.into(), hit: self.laser.occupied.into() }
+    }
+
     /// Forgets where tiles are kept, after some were released.
     pub(crate) fn forget_tiles(&mut self) {
+        self.fan_pen.forget_tiles();
         self.swept = Window::default();
         self.heard = Window::default();
     }
@@ -97,8 +113,8 @@ impl Pen {
         let posed = (map_from_robot, scan);
         match (scan.sensor().kind(), &options.sonar) {
             (SensorKind::Sonar, SonarModel::Shared(model)) => {
-                let units = direction.of(self.sonar.empty);
-                sweep(&mut sums.empty, (&mut self.swept, &mut self.opening), (model, options.resolution), posed, units);
+                let pens = (&mut self.swept, &mut self.opening);
+                sweep(&mut sums.swept, pens, (model, options.resolution), posed, direction);
             }
             (SensorKind::Sonar, SonarModel::Cone(model)) => match &self.oriolo {
                 Some(tables) => {
@@ -145,9 +161,13 @@ impl Pen {
         let Some(fan) = self.fan.as_ref().filter(|_| at_once) else {
             return self.each(sums, options, &options.laser, posed, direction);
         };
-        let steps = FanSteps { empty: direction.of(self.laser.empty), occupied: direction.of(self.laser.occupied) };
-        let planes = (&mut sums.empty, &mut sums.occupied);
-        self.fan_pen.draw(planes, &mut self.window, fan, (&options.laser, options.resolution), posed, steps);
+        self.fan_pen.draw(
+            (&mut sums.cleared, &mut sums.hit),
+            fan,
+            (&options.laser, options.resolution),
+            posed,
+            direction,
+        );
     }
 
     /// Draws beam by beam and cell by cell, as the model says: exact, and slow.

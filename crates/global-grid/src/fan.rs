@@ -2,7 +2,9 @@ use local_grid::{LaserRay, RangeSensor, Reading, Scan, SensorKind, SensorModel};
 use nalgebra::{Isometry2, Vector2};
 
 use crate::cone::nearest;
-use crate::plane::{Plane, SHIFT, TILE, Window, left_in_tile, place};
+use crate::counts::Counts;
+use crate::draw::Direction;
+use crate::window::Window;
 
 /// How much nearer than its echo a laser's beam clears, in cells: half a diagonal, so that it spares the cell of the echo.
 const SPARED: f64 = 0.75;
@@ -69,20 +71,17 @@ fn unit(bearing: f64) -> [f32; 2] {
 pub(crate) struct FanPen {
     corners: Vec<[f32; 2]>,
     echoes: Vec<[f32; 2]>,
-    /// Row by row and tile by tile, how much more of the inside goes on into the tile; all zeros between scans.
-    carries: Vec<i32>,
-    /// Row of tiles by row of tiles, the first and the last tile that the outline crosses.
-    crossed: Vec<(usize, usize)>,
-}
-
-/// What one scan adds to the cells that it clears and to those that it hits, in units (wrapping).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FanSteps {
-    pub(crate) empty: u32,
-    pub(crate) occupied: u32,
+    cleared: Window,
+    hit: Window,
 }
 
 impl FanPen {
+    /// Forgets where tiles are kept, after some were released.
+    pub(crate) fn forget_tiles(&mut self) {
+        self.cleared = Window::default();
+        self.hit = Window::default();
+    }
+
     /// Draws a scan of a fan: each cell that it sees through is cleared once, each cell that ends beams side by side is
     /// hit once.
     ///
@@ -91,19 +90,18 @@ impl FanPen {
     /// is anything written: evidence is held as differences along rows.
     pub(crate) fn draw(
         &mut self,
-        (empty, occupied): (&mut Plane, &mut Plane),
-        window: &mut Window,
+        (cleared, hit): (&mut Counts, &mut Counts),
         fan: &Fan,
         (model, resolution): (&LaserRay, f64),
         (map_from_robot, scan): (&Isometry2<f64>, &Scan),
-        steps: FanSteps,
+        direction: Direction,
     ) {
         let apex = (map_from_robot * nalgebra::Point2::from(fan.apex)).coords / resolution;
         let corner = apex.map(f64::floor);
         let cell = (whole(corner.y), whole(corner.x));
         self.trace(fan, (model, resolution), map_from_robot.rotation.into_inner(), apex - corner, scan);
-        self.clear(empty, window, cell, steps.empty);
-        self.hit(occupied, window, cell, steps.occupied);
+        self.clear(cleared, cell, direction.one());
+        self.hit(hit, cell, direction.one());
     }
 
     /// Works out the corners of the polygon and the points of the echoes, in cells relative to the apex' cell.
@@ -134,129 +132,76 @@ impl FanPen {
         }
     }
 
-    /// Clears the inside of the polygon.
-    fn clear(&mut self, plane: &mut Plane, window: &mut Window, cell: (i32, i32), units: u32) {
+    /// Clears the inside of the polygon, `one` being what a scan counts.
+    fn clear(&mut self, cleared: &mut Counts, cell: (i32, i32), one: i8) {
         let (low, high) = bounds(&self.corners);
-        if units == 0 || low[1] == high[1] {
-            return;
-        }
-        window.open((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
-        let outline = Outline { low, columns: window.columns() + 1, cell, units };
-        let rows = index(high[1] - low[1] + 1);
-        self.carries.resize(self.carries.len().max(rows * outline.columns), 0);
-        self.crossed.clear();
-        self.crossed.resize(rows.div_ceil(TILE) + 1, (usize::MAX, 0));
+        self.cleared.open_near((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
         let mut from = self.corners[self.corners.len() - 1];
-        for corner in 0..self.corners.len() {
-            let to = self.corners[corner];
+        for &to in &self.corners {
             let (first, last) = (nearest(from[1]), nearest(to[1]));
-            if first != last {
-                let slope = (to[0] - from[0]) / (to[1] - from[1]);
-                // Going up, the inside lies to the left and ends here; going down, it begins.
-                let (rows, sign) = if first < last { ((first, last), -1) } else { ((last, first), 1) };
-                let mut row = rows.0;
-                while row < rows.1 {
-                    let end = rows.1.min(row + left_in_tile(cell.0 + row));
-                    self.cross(plane, window, &outline, (row, end), (from, slope), sign);
-                    row = end;
-                }
+            // Going up, the inside lies to the left and ends here; going down, it begins.
+            if first < last {
+                let edge = Edge::new(from, to, (first, cell.1)).take(index(last - first));
+                cleared.add_upward(&mut self.cleared, cell.0 + first, edge, -one);
+            } else if last < first {
+                let edge = Edge::new(from, to, (last, cell.1)).take(index(first - last));
+                cleared.add_upward(&mut self.cleared, cell.0 + last, edge, one);
             }
             from = to;
-        }
-        self.carry_over(plane, window, &outline, rows);
-    }
-
-    /// Writes where an edge crosses rows of one row of tiles: where the inside begins, with a sign of 1, or ends, with −1.
-    fn cross(
-        &mut self,
-        plane: &mut Plane,
-        window: &mut Window,
-        outline: &Outline,
-        (row, end): (i32, i32),
-        (from, slope): ([f32; 2], f32),
-        sign: i32,
-    ) {
-        let column = |row: i32| outline.cell.1 + nearest(from[0] + (middle(row) - from[1]) * slope);
-        let units = if sign < 0 { outline.units.wrapping_neg() } else { outline.units };
-        let ends = [row, end - 1].map(|row| window.tile_column(column(row)));
-        let crossed = &mut self.crossed[outline.band(row)];
-        *crossed = (crossed.0.min(ends[0]).min(ends[1]), crossed.1.max(ends[0]).max(ends[1]));
-        let line = index(row - outline.low[1]);
-        let carries = self.carries[line * outline.columns..].chunks_exact_mut(outline.columns);
-        if ends[0] == ends[1] {
-            let tile = window.tile(plane, outline.cell.0 + row, ends[0]);
-            for (row, carries) in (row..end).zip(carries) {
-                let sum = &mut tile[place(outline.cell.0 + row, column(row))];
-                *sum = sum.wrapping_add(units);
-                carries[ends[0] + 1] += sign;
-            }
-        } else {
-            for (row, carries) in (row..end).zip(carries) {
-                let (column, row) = (column(row), outline.cell.0 + row);
-                let tile_column = window.tile_column(column);
-                let sum = &mut window.tile(plane, row, tile_column)[place(row, column)];
-                *sum = sum.wrapping_add(units);
-                carries[tile_column + 1] += sign;
-            }
-        }
-    }
-
-    /// Goes on in the tiles to the right of those in which the inside begins.
-    fn carry_over(&mut self, plane: &mut Plane, window: &mut Window, outline: &Outline, rows: usize) {
-        let lines = (outline.low[1]..).zip(self.carries.chunks_exact_mut(outline.columns).take(rows));
-        for (row, carries) in lines {
-            let (left, right) = self.crossed[outline.band(row)];
-            if left > right {
-                continue;
-            }
-            let (mut inside, row) = (0i32, outline.cell.0 + row);
-            for (tile_column, carry) in carries.iter_mut().enumerate().take(right + 1).skip(left) {
-                inside += std::mem::take(carry);
-                if inside != 0 {
-                    let sum = &mut window.tile(plane, row, tile_column)[place(row, 0)];
-                    *sum = sum.wrapping_add(outline.units.wrapping_mul(inside.cast_unsigned()));
-                }
-            }
-            carries[right + 1] = 0; // what ends there ends
         }
     }
 
     /// Hits the cells of the echoes, those of neighbours in one cell once.
-    fn hit(&mut self, plane: &mut Plane, window: &mut Window, cell: (i32, i32), units: u32) {
-        if self.echoes.is_empty() || units == 0 {
+    fn hit(&mut self, hit: &mut Counts, cell: (i32, i32), one: i8) {
+        if self.echoes.is_empty() {
             return;
         }
         let (low, high) = bounds(&self.echoes);
-        window.open((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
+        self.hit.open_near((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
         let mut last = None;
         for [x, y] in &self.echoes {
             let (column, row) = (cell.1 + nearest(x - 0.5), cell.0 + nearest(y - 0.5));
             if last.replace((row, column)) != Some((row, column)) {
-                let (slot, place) = window.cell(plane, row, column);
-                let sum = &mut plane.tile_mut(slot)[place];
-                *sum = sum.wrapping_add(units);
+                hit.add(&mut self.hit, (row, column), one);
             }
         }
     }
 }
 
-/// Where the outline of a scan lies.
-struct Outline {
-    /// The lowest cell (column, row) around it, relative to the apex' cell.
-    low: [i32; 2],
-    /// Tiles side by side, and one.
-    columns: usize,
-    /// The apex' cell: row, column.
-    cell: (i32, i32),
-    /// What each cell inside gets.
-    units: u32,
+/// The first columns whose middles lie to the right of an edge, row by row upward: numbers with 32 binary places.
+struct Edge {
+    column: i64,
+    slope: i64,
 }
 
-impl Outline {
-    /// Which row of tiles holds a row of cells, counted from the lowest.
-    fn band(&self, row: i32) -> usize {
-        index(((self.cell.0 + row) >> SHIFT) - ((self.cell.0 + self.low[1]) >> SHIFT))
+impl Edge {
+    /// The edge between two points; `row` is where it starts, and `column` is added to all columns.
+    fn new(from: [f32; 2], to: [f32; 2], (row, column): (i32, i32)) -> Self {
+        let slope = (to[0] - from[0]) / (to[1] - from[1]);
+        let start = from[0] + (middle(row) - from[1]) * slope;
+        Self { column: (i64::from(column) << 32) + fixed(start + 0.5), slope: fixed(slope) }
     }
+}
+
+impl Iterator for Edge {
+    type Item = i32;
+
+    #[inline]
+    fn next(&mut self) -> Option<i32> {
+        #[expect(clippy::cast_possible_truncation, reason = "columns are 32-bit numbers")]
+        let column = (self.column >> 32) as i32;
+        self.column = self.column.wrapping_add(self.slope);
+        Some(column)
+    }
+}
+
+/// A number with 32 binary places.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "saturates; an edge of more than one row is no flatter than a beam"
+)]
+fn fixed(x: f32) -> i64 {
+    (x * 4_294_967_296.0) as i64
 }
 
 /// How far a beam clears, and how far off its echo is, in cells.

@@ -4,6 +4,7 @@ mod arcs;
 mod assemble;
 mod calculus;
 mod cone;
+mod counts;
 mod dense;
 mod derived;
 mod difference;
@@ -26,6 +27,7 @@ mod share;
 mod sonar;
 mod sums;
 mod tally;
+mod window;
 
 pub use assemble::assemble;
 pub use calculus::Calculus;

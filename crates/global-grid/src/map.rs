@@ -7,7 +7,7 @@ use nalgebra::{Isometry2, Point2};
 use crate::assemble::draw_all;
 use crate::dense::{dense, frame_of};
 use crate::draw::{Direction, Pen, longest_reach, shares_echoes};
-use crate::plane::{Plane, TILE_CELLS};
+use crate::plane::{Plane, Tile};
 use crate::share::share_echoes;
 use crate::sonar::model_of;
 use crate::sums::Sums;
@@ -29,8 +29,8 @@ struct Posed {
 ///
 /// Scans are held under keys (one per place, say). The map is the sum of what they say, kept in integers: whatever was
 /// inserted, moved and removed before, it equals the map built at once from what it holds now, bit for bit.
-/// Only squares of 64 × 64 cells that were touched exist: 4 bytes per cell for empty evidence, and 4 more where
-/// anything is occupied.
+/// Only squares of 64 × 64 cells that an outline crosses exist: for lasers a byte per cell of emptiness and one of
+/// occupancy, 4 more for each where a cell was counted beyond 127; for sonars 1 and 4 bytes; nothing for the open ground between.
 #[derive(Debug, Clone)]
 pub struct GridMap {
     options: GridOptions,
@@ -51,10 +51,11 @@ impl GridMap {
     /// Options that make no sense.
     pub fn new(options: GridOptions) -> Result<Self, GridError> {
         options.validate()?;
+        let pen = Pen::new(&options);
         Ok(Self {
-            pen: Pen::new(&options),
+            sums: Sums::new(pen.worth()),
+            pen,
             options,
-            sums: Sums::default(),
             contributions: BTreeMap::new(),
             largest: (0, 0),
             echoes: OnceLock::new(),
@@ -211,8 +212,7 @@ impl GridMap {
     /// Bytes that the cells take, without the scans that are kept to be moved.
     #[must_use]
     pub fn cell_bytes(&self) -> usize {
-        let tiles = self.sums.empty.len() + self.sums.occupied.len() + self.echoes().map_or(0, Plane::len);
-        tiles * TILE_CELLS * size_of::<u32>()
+        self.sums.bytes() + self.echoes().map_or(0, Plane::len) * size_of::<Tile<u32>>()
     }
 
     /// Shares the sonar echoes out now, if the model asks for it, rather than when the map is read first.

@@ -5,10 +5,11 @@ use crate::Calculus;
 use crate::cone::{Cone, nearest};
 use crate::draw::Direction;
 use crate::options::GridOptions;
-use crate::plane::{Plane, TILE, Window, within};
+use crate::plane::{Plane, TILE, within};
 use crate::sonar::{cells, open, step};
 use crate::sums::Sums;
 use crate::tally::{STRONGEST_EVIDENCE, UNITS_PER_NAT, nats};
+use crate::window::Window;
 
 /// The widest half cone, in radians, that [`Cone`] can bound.
 const WIDEST: f64 = 1.5;
@@ -224,7 +225,7 @@ fn count(cells: usize) -> i32 {
 mod tests {
     use super::*;
     use crate::plane::first_cell;
-    use crate::sums::TileCells;
+    use crate::sums::ALL_ROWS;
     use local_grid::{AngularProfile, GridFrame, RangeSensor, SensorKind};
     use nalgebra::{Point2, Vector2};
     use std::collections::BTreeMap;
@@ -240,16 +241,15 @@ mod tests {
                 tables.draw(&mut sums, pens, (pose, scan), direction);
             }
         }
-        let (mut found, mut tile) = (Sum::new(), TileCells::default());
-        for key in sums.keys(None) {
-            tile.load(&sums, None, key);
+        let mut found = Sum::new();
+        sums.each_tile(None, ALL_ROWS, |key, tile| {
             for at in (0..TILE * TILE).filter(|&at| !tile.tally(at).is_unknown()) {
                 let cell = |first: i32, offset: usize| first_cell(first) + i64::try_from(offset).unwrap();
                 let tally = tile.tally(at);
                 let sum = (i64::from(tally.empty), i64::from(tally.occupied));
                 found.insert((cell(key.0, at / TILE), cell(key.1, at % TILE)), sum);
             }
-        }
+        });
         found
     }
 

@@ -4,9 +4,10 @@ use nalgebra::Isometry2;
 use crate::SharedEcho;
 use crate::arcs::{Arcs, count_echoes};
 use crate::cone::nearest;
-use crate::plane::{Plane, SHIFT, TILE, TILE_CELLS, TileKey, Window, undo_differences};
-use crate::sums::Sums;
+use crate::plane::{Plane, SHIFT, TILE, TILE_CELLS};
+use crate::sums::{ALL_ROWS, Sums};
 use crate::tally::UNITS_PER_NAT;
+use crate::window::Window;
 
 /// Echoes whose arcs are drawn at a time; with more than that the arcs are drawn a second time for the first round.
 const BLOCK: usize = 1 << 18;
@@ -28,12 +29,12 @@ pub(crate) fn share_echoes(
     let blocks = blocks(model, scans);
     let mut plane = Plane::default();
     let mut arcs = Arcs::default();
-    let mut causes = Vec::with_capacity((sums.empty.len() + 1) * TILE_CELLS); // echoes come from where cones end
+    let mut causes = Vec::new();
     for block in &blocks {
         draw_whole(&mut arcs, (&mut plane, &mut causes), (model, resolution), block);
     }
     for round in 0..model.rounds {
-        weigh(model, (sums, plane.keys()), &mut causes);
+        weigh(model, (sums, &plane), &mut causes);
         if round > 0 || blocks.len() == 1 {
             share(model, &mut arcs, &mut causes);
         } else {
@@ -135,18 +136,14 @@ fn total(cells: &[(u32, f32)], causes: &[Cause]) -> f32 {
 
 /// Finds what speaks for each cell being the cause of an echo, `O ((O + prior)/(O + E + prior))^contrast` in nats, and
 /// starts its share anew.
-fn weigh(model: &SharedEcho, (sums, keys): (&Sums, &[TileKey]), causes: &mut [Cause]) {
-    let mut empty = [0; TILE];
-    for (key, causes) in keys.iter().zip(causes.chunks_exact_mut(TILE_CELLS)) {
-        let tile = sums.empty.get(*key);
-        for (row, causes) in causes.chunks_exact_mut(TILE).enumerate() {
-            match tile {
-                Some(tile) => undo_differences(&tile[row * TILE..][..TILE], &mut empty),
-                None => empty.fill(0),
-            }
-            weigh_row(model, &empty, causes);
+fn weigh(model: &SharedEcho, (sums, plane): (&Sums, &Plane), causes: &mut [Cause]) {
+    sums.each_empty(plane.keys(), ALL_ROWS, |key, empty| {
+        let Some(slot) = plane.find(key) else { return };
+        let causes = &mut causes[slot as usize * TILE_CELLS..][..TILE_CELLS];
+        for (empty, causes) in empty.as_chunks::<TILE>().0.iter().zip(causes.chunks_exact_mut(TILE)) {
+            weigh_row(model, empty, causes);
         }
-    }
+    });
 }
 
 /// Does so for one row of a tile.

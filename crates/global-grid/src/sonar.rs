@@ -2,16 +2,18 @@ use local_grid::{Scan, SensorModel};
 use nalgebra::Isometry2;
 
 use crate::cone::{CHUNK, Cone, Opening};
-use crate::plane::{Plane, Window};
+use crate::counts::Counts;
+use crate::draw::Direction;
+use crate::window::Window;
 use crate::{SharedEcho, options::GridOptions};
 
-/// Adds the empty evidence of a sonar scan: one value all over each cone, up to just before the reading.
+/// Counts the cones of a sonar scan, each up to just before its reading.
 pub(crate) fn sweep(
-    plane: &mut Plane,
+    counts: &mut Counts,
     (window, opening): (&mut Window, &mut Opening),
     (model, resolution): (&SharedEcho, f64),
     (map_from_robot, scan): (&Isometry2<f64>, &Scan),
-    units: u32,
+    direction: Direction,
 ) {
     let half_width = opening.of(model.half_width_of(scan.sensor()));
     for beam in scan.beams() {
@@ -19,21 +21,22 @@ pub(crate) fn sweep(
         let radius = cells(sounding.range - model.margin, resolution);
         if radius > 0.0 {
             let cone = Cone::new(&(map_from_robot * beam.robot_from_sensor), half_width, resolution);
-            sweep_cone(plane, window, &cone, radius, units);
+            sweep_cone(counts, window, &cone, radius, direction);
         }
     }
 }
 
-/// Adds `units` to the cells of a cone.
-fn sweep_cone(plane: &mut Plane, window: &mut Window, cone: &Cone, radius: f32, units: u32) {
-    let (rows, tiles) = open(window, cone, (0.0, radius));
+/// Counts the cells of a cone.
+fn sweep_cone(counts: &mut Counts, window: &mut Window, cone: &Cone, radius: f32, direction: Direction) {
+    let (rows, _) = open(window, cone, (0.0, radius));
     let mut row = rows.0;
     while row < rows.1 {
-        let spans = cone.spans(row, radius).map(|span| (cone.cell.1 + span.0, cone.cell.1 + span.1));
-        let count = CHUNK.min(row.abs_diff(rows.1) as usize);
-        for tile_column in tiles.0..=tiles.1 {
-            window.add_spans(plane, cone.cell.0 + row, tile_column, &spans[..count], units);
-        }
+        let spans = cone.spans(row, radius);
+        let spans = &spans[..CHUNK.min(row.abs_diff(rows.1) as usize)];
+        let (line, column) = (cone.cell.0 + row, cone.cell.1);
+        // Where a row is missed, both ends fall on one cell and cancel.
+        counts.add_upward(window, line, spans.iter().map(|span| column + span.0), direction.one());
+        counts.add_upward(window, line, spans.iter().map(|span| column + span.1.max(span.0)), -direction.one());
         row += step();
     }
 }
@@ -43,7 +46,8 @@ fn sweep_cone(plane: &mut Plane, window: &mut Window, cone: &Cone, radius: f32, 
 pub(crate) fn open(window: &mut Window, cone: &Cone, (inner, outer): (f32, f32)) -> ((i32, i32), (usize, usize)) {
     let (rows, columns) = (cone.rows(inner, outer), cone.columns(inner, outer));
     let (row, column) = cone.cell;
-    window.open_near((row + rows.0, column + columns.0), (row + rows.1, column + columns.1));
+    // A cell to spare: where a cone misses a row's middles, rounding may put both ends of nothing beside it.
+    window.open_near((row + rows.0, column + columns.0 - 1), (row + rows.1, column + columns.1 + 1));
     (rows, (window.tile_column(column + columns.0), window.tile_column(column + columns.1)))
 }
 
