@@ -188,7 +188,6 @@ impl Iterator for Edge {
 
     #[inline]
     fn next(&mut self) -> Option<i32> {
-        #[expect(clippy::cast_possible_truncation, reason = "columns are 32-bit numbers")]
         let column = (self.column >> 32) as i32;
         self.column = self.column.wrapping_add(self.slope);
         Some(column)

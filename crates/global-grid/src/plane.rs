@@ -119,11 +119,6 @@ pub(crate) fn within(cell: i32) -> usize {
     (cell & ((1 << SHIFT) - 1)) as usize
 }
 
-/// How many rows (or columns) from this one on lie in its tile.
-pub(crate) fn left_in_tile(cell: i32) -> i32 {
-    (1 << SHIFT) - (cell & ((1 << SHIFT) - 1))
-}
-
 /// The place of a cell within its tile.
 pub(crate) fn place(row: i32, column: i32) -> usize {
     within(row) << SHIFT | within(column)

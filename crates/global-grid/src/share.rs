@@ -157,8 +157,13 @@ fn weigh_row(model: &SharedEcho, empty: &[u32; TILE], causes: &mut [Cause]) {
         let (e, o) = (nats(*empty), nats(cause.heard));
         (*pull, *ratio) = (o, (o + prior) / (o + e + prior));
     }
-    for _ in 0..model.contrast {
-        pulls.iter_mut().zip(&ratios).for_each(|(pull, ratio)| *pull *= ratio);
+    let mut exponent = model.contrast; // by squaring
+    while exponent > 0 {
+        if exponent % 2 == 1 {
+            pulls.iter_mut().zip(&ratios).for_each(|(pull, ratio)| *pull *= ratio);
+        }
+        ratios.iter_mut().for_each(|ratio| *ratio *= *ratio);
+        exponent /= 2;
     }
     causes.iter_mut().zip(&pulls).for_each(|(cause, &pull)| *cause = Cause { pull, heard: 0 });
 }
