@@ -13,7 +13,7 @@ pub(crate) struct Expedition {
     /// The log, with the truth in it.
     pub(crate) entries: Vec<Entry>,
     pub(crate) exploration: Exploration,
-    /// Whether nothing predicted was left; otherwise the user stopped it.
+    /// Whether it went on until nothing predicted was left, or as long as it should; otherwise the user stopped it.
     pub(crate) complete: bool,
 }
 
@@ -25,9 +25,11 @@ pub(crate) struct Halt<'a, 'w> {
     pub(crate) changes: &'a [Change],
 }
 
-/// Lets the robot explore until nothing predicted is left, or until the user stops it; `watch` sees every change of the map.
+/// Lets the robot explore until nothing predicted is left, until its clock shows so many seconds, or until the user stops
+/// it; `watch` sees every change of the map.
 pub(crate) fn explore(
     robot: &mut Robot<'_>,
+    until: Option<f64>,
     mut watch: impl FnMut(&Halt<'_, '_>) -> Result<(), Failure>,
 ) -> Result<Expedition, Failure> {
     let mut exploration = Exploration::new(Config::default(), ExplorerOptions::default()).map_err(failed)?;
@@ -39,7 +41,8 @@ pub(crate) fn explore(
             watch(&Halt { robot, exploration: &exploration, entries: &entries, changes: &changes })?;
         }
         let stopped = context::interrupted();
-        let Some(command) = command(errand).filter(|_| !stopped) else {
+        let over = until.is_some_and(|until| robot.time() >= until);
+        let Some(command) = command(errand).filter(|_| !stopped && !over) else {
             return Ok(Expedition { entries, exploration, complete: !stopped });
         };
         let before = entries.len();

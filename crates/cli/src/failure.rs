@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
@@ -24,6 +25,10 @@ struct What {
     causes: Vec<String>,
     help: Option<String>,
     details: Map<String, Value>,
+    /// Further faults of the same input, each a failure by itself.
+    others: Vec<Failure>,
+    /// Faults of each kind, those that are not told of included; empty where there is but one.
+    kinds: BTreeMap<&'static str, u64>,
 }
 
 /// Where in a file something is wrong.
@@ -44,7 +49,8 @@ impl Failure {
     /// A failure named `code` (a promise to programs, such as `log.field`) that says `message`.
     pub(crate) fn new(exit: Exit, code: impl Into<String>, message: impl Into<String>) -> Self {
         let (code, message) = (code.into(), message.into());
-        let what = What { code, message, place: None, causes: Vec::new(), help: None, details: Map::new() };
+        let (causes, details, others, kinds) = (Vec::new(), Map::new(), Vec::new(), BTreeMap::new());
+        let what = What { code, message, place: None, causes, help: None, details, others, kinds };
         Self { exit, what: Box::new(what) }
     }
 
@@ -94,6 +100,15 @@ impl Failure {
         self
     }
 
+    /// It is one of several faults: some of the others, and how many there are of each kind.
+    pub(crate) fn among(mut self, others: Vec<Self>, kinds: BTreeMap<&'static str, u64>) -> Self {
+        if !others.is_empty() {
+            self.what.kinds = kinds;
+        }
+        self.what.others = others;
+        self
+    }
+
     /// The causes of `error`, without its own text.
     pub(crate) fn because_of(mut self, error: &dyn std::error::Error) -> Self {
         let mut cause = error.source();
@@ -118,17 +133,34 @@ impl Failure {
         for cause in &self.what.causes {
             let _ = write!(text, "\n  caused by: {cause}"); // writing to a string cannot fail
         }
+        for other in &self.what.others {
+            let place = other.what.place.as_ref().map(Place::position).unwrap_or_default();
+            let _ = write!(text, "\n  {}: {}", paint("1;36", &place), other.what.message);
+        }
+        if let Some(rest) = self.untold() {
+            let _ = write!(text, "\n  {rest}");
+        }
         if let Some(help) = &self.what.help {
             let _ = write!(text, "\n  {}: {help}", paint("1", "help"));
         }
         Some(text)
     }
 
+    /// How many faults there are beyond those that are told of.
+    fn untold(&self) -> Option<String> {
+        let all: u64 = self.what.kinds.values().sum();
+        let rest = all.saturating_sub(1 + self.what.others.len() as u64);
+        let kind = |(kind, count): (&&str, &u64)| format!("{count} {kind}");
+        let kinds: Vec<String> = self.what.kinds.iter().map(kind).collect();
+        (rest > 0).then(|| format!("and {rest} more: {} in all", kinds.join(", ")))
+    }
+
     /// The failure for programs, in one line.
     pub(crate) fn to_json(&self) -> Option<String> {
-        if self.exit == Exit::Done {
-            return None;
-        }
+        (self.exit != Exit::Done).then(|| serde_json::json!({ "error": self.as_object() }).to_string())
+    }
+
+    fn as_object(&self) -> Map<String, Value> {
         let mut error = Map::new();
         error.insert("code".into(), self.what.code.clone().into());
         error.insert("message".into(), self.what.message.clone().into());
@@ -148,20 +180,30 @@ impl Failure {
         if let Some(help) = &self.what.help {
             error.insert("help".into(), help.clone().into());
         }
-        Some(serde_json::json!({ "error": error }).to_string())
+        if !self.what.others.is_empty() {
+            let others = self.what.others.iter().map(|other| Value::Object(other.as_object()));
+            error.insert("others".into(), others.collect());
+            error.insert("kinds".into(), serde_json::json!(self.what.kinds));
+        }
+        error
     }
 }
 
 impl Place {
-    /// Appends the position, the excerpt and the mark beneath it.
-    fn draw(&self, text: &mut String, paint: impl Fn(&str, &str) -> String) {
+    /// `file:line:column`, as far as it is known.
+    fn position(&self) -> String {
         let mut position = self.file.clone();
         for number in [self.line, self.column as u64] {
             if number > 0 {
                 let _ = write!(position, ":{number}");
             }
         }
-        let _ = write!(text, "\n   ╭─[{}]", paint("1;36", &position));
+        position
+    }
+
+    /// Appends the position, the excerpt and the mark beneath it.
+    fn draw(&self, text: &mut String, paint: impl Fn(&str, &str) -> String) {
+        let _ = write!(text, "\n   ╭─[{}]", paint("1;36", &self.position()));
         if let Some((excerpt, start, length)) = &self.excerpt {
             let (blank, before, after) = (" ".repeat(*start), (length - 1) / 2, length / 2);
             let mark = format!("{}┬{}", "─".repeat(before), "─".repeat(after));
@@ -174,6 +216,12 @@ impl Place {
 
 impl From<robot_log::LogError> for Failure {
     fn from(error: robot_log::LogError) -> Self {
+        Self::from(&error)
+    }
+}
+
+impl From<&robot_log::LogError> for Failure {
+    fn from(error: &robot_log::LogError) -> Self {
         use robot_log::LogErrorKind;
         let (message, label) = match &error.kind {
             LogErrorKind::Field { expected, found } => {
@@ -189,12 +237,13 @@ impl From<robot_log::LogError> for Failure {
             LogErrorKind::Directory => Some("name the log file itself"),
             _ => None,
         };
-        let mut failure = Self::new(Exit::Rejected, error.kind.code(), message).because_of(&error);
+        let mut failure = Self::new(Exit::Rejected, error.kind.code(), message).because_of(error);
         if let LogErrorKind::Field { expected, found } = &error.kind {
             failure = failure.detail("expected", expected.as_str()).detail("found", found.trim_matches('`'));
         }
-        let excerpt = error.excerpt.map(|excerpt| (excerpt.text, excerpt.start, excerpt.length));
-        failure = failure.at(Place { file: error.name, line: error.line, column: error.column, excerpt, label });
+        let excerpt = error.excerpt.as_ref().map(|excerpt| (excerpt.text.clone(), excerpt.start, excerpt.length));
+        failure =
+            failure.at(Place { file: error.name.clone(), line: error.line, column: error.column, excerpt, label });
         match help {
             Some(help) => failure.help(help),
             None => failure,

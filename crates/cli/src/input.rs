@@ -1,13 +1,17 @@
-use std::io::{self, BufReader};
+mod log;
+
+use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use robot_log::{CarmenOptions, Clock, Input, LogReader, LogReport, ReadOptions, RobotDescription, open_log};
+use robot_log::{CarmenOptions, Clock, LogReport, ReadOptions, RobotDescription};
 
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
+
+pub(crate) use log::Log;
 
 /// A log on the command line.
 #[derive(Debug, Args)]
@@ -53,24 +57,14 @@ pub(crate) enum ClockChoice {
 
 impl LogArgs {
     /// Opens the log.
-    pub(crate) fn open(&self) -> Result<LogReader, Failure> {
+    pub(crate) fn open(&self) -> Result<Log, Failure> {
         open(&self.logs, &self.reading)
     }
 }
 
 /// Opens the log that consists of the files `logs`.
-pub(crate) fn open(logs: &[PathBuf], reading: &ReadingArgs) -> Result<LogReader, Failure> {
-    let options = reading.options()?;
-    let inputs = logs.iter().map(|path| input(path)).collect::<Result<_, Failure>>()?;
-    Ok(open_log(inputs, &options)?)
-}
-
-/// The file, or standard input for `-`.
-fn input(path: &Path) -> Result<Input, Failure> {
-    if path.as_os_str() == "-" {
-        return Ok(Input::new("standard input", BufReader::new(io::stdin())));
-    }
-    Ok(Input::new(path.display().to_string(), files::open(path)?))
+pub(crate) fn open(logs: &[PathBuf], reading: &ReadingArgs) -> Result<Log, Failure> {
+    Log::open(logs, reading.options()?)
 }
 
 impl ReadingArgs {

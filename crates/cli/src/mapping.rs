@@ -1,11 +1,12 @@
 use std::time::Instant;
 
 use hierarchy::{Mapper, Truth};
-use robot_log::{EntryKind, LogReader};
+use robot_log::EntryKind;
 
 use crate::context::{self, Context};
 use crate::failure::Failure;
 use crate::finished::rejected;
+use crate::input::Log;
 use crate::live::Live;
 
 /// Which part of a log is mapped.
@@ -24,6 +25,8 @@ pub(crate) struct Fed {
     pub(crate) truth: Truth,
     pub(crate) reading_s: f64,
     pub(crate) mapping_s: f64,
+    /// Damaged lines that were left out.
+    pub(crate) skipped: usize,
     /// The user wanted to stop: the log is not at its end.
     pub(crate) interrupted: bool,
 }
@@ -33,18 +36,18 @@ pub(crate) struct Fed {
 /// `checkpoint` is called after every `every` new places, and the map is shown to whoever looks at `live`.
 pub(crate) fn feed(
     mapper: &mut Mapper,
-    log: &mut LogReader,
+    log: &mut Log,
     (part, every): (Part, usize),
     mut live: Option<Live>,
     context: &Context,
     mut checkpoint: impl FnMut(&Mapper) -> Result<(), Failure>,
 ) -> Result<Fed, Failure> {
-    let stage = context.progress().stage("topology", 0);
+    let stage = context.progress().reading("topology", log.size());
     let mut fed = Fed::default();
     let (mut known, mut first) = (part.known, None);
     let mut saved = mapper.topology().n_visited();
     let mut mark = Instant::now();
-    for entry in log.by_ref() {
+    while let Some(entry) = log.next() {
         let entry = entry?;
         fed.reading_s += mark.elapsed().as_secs_f64();
         mark = Instant::now();
@@ -75,7 +78,7 @@ pub(crate) fn feed(
         mark = Instant::now();
         let entries = mapper.tally().entries;
         if entries.is_multiple_of(100) {
-            stage.at(entries as u64, || so_far(mapper));
+            stage.at(log.taken(), || so_far(mapper));
         }
         let places = mapper.topology().n_visited();
         if every > 0 && places >= saved + every {

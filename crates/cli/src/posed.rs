@@ -185,10 +185,13 @@ impl PosedArgs {
     /// The scans of a log; poses that stand by themselves go into the trajectory.
     fn logged(&self, trajectory: &mut Trajectory, context: &Context) -> Result<Stamped, Failure> {
         let mut log = crate::input::open(&self.sources, &self.reading)?;
-        let stage = context.progress().stage("reading", 0);
+        let stage = context.progress().reading("reading", log.size());
         let mut scans = Vec::new();
-        for entry in log.by_ref() {
+        while let Some(entry) = log.next() {
             let entry = entry?;
+            if scans.len() % 1000 == 999 {
+                stage.at(log.taken(), || format!("{} scans", scans.len()));
+            }
             match entry.kind {
                 EntryKind::Truth { map_from_robot } if self.poses == "truth" => {
                     trajectory.push(entry.stamp, map_from_robot);

@@ -62,6 +62,8 @@ fn changed(metrics: &Metrics) -> String {
             " loops miss by (rms)   {:>6.2} m  {:>6.2} m   worst {:.1} σ",
             trust.loop_residual_before_m, trust.loop_residual_after_m, trust.loop_residual_worst_sigma
         );
+    }
+    if has_loops(metrics) {
         let _ = writeln!(
             text,
             " energy              {:>8.1}   {:>7.1}     optimum {:.1}",
@@ -86,12 +88,17 @@ fn changed(metrics: &Metrics) -> String {
     text
 }
 
+/// Whether the links close loops, by recognition or because the robot came back to a place that it knew.
+fn has_loops(metrics: &Metrics) -> bool {
+    metrics.links.traveled + metrics.links.recognized >= metrics.places
+}
+
 /// What deserves a look, each with the command that explains it.
 fn worries(metrics: &Metrics, run: &str) -> String {
     let trust = &metrics.trust;
     let mut text = String::new();
     let refused = metrics.links.rejected;
-    if metrics.links.recognized == 0 {
+    if !has_loops(metrics) {
         let _ = writeln!(text, "\n no loop was closed: nothing checks this map");
         let _ = writeln!(text, "   topogrid explain {run} --loops");
     } else if refused > 0 {
@@ -102,7 +109,7 @@ fn worries(metrics: &Metrics, run: &str) -> String {
         let _ = writeln!(text, "\n {} refused ({}{more})", count(refused, "loop"), named.join(", "));
         let _ = writeln!(text, "   topogrid explain {run} --loops");
     }
-    if let Some(link) = trust.weakest_link.as_ref().filter(|_| metrics.links.recognized > 0) {
+    if let Some(link) = trust.weakest_link.as_ref().filter(|_| has_loops(metrics)) {
         let _ = writeln!(text, "\n P{}–P{} alone holds {} to the rest", link.from, link.to, count(link.holds, "place"));
         let _ = writeln!(text, "   topogrid explain {run} --link {}-{}", link.from, link.to);
     }

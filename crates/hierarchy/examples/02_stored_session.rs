@@ -1,6 +1,6 @@
 //! A map is stored with the name of a room, read back, and goes on with more log.
 //!
-//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v2.hmap` makes the stored session that the
+//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v3.hmap` makes the stored session that the
 //! tests read for ever.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
@@ -11,7 +11,7 @@ use hierarchy::{Config, Mapper, Passage};
 use robot_log::{CarmenOptions, CarmenReader, Entry};
 
 /// So many entries show the first corridors.
-const FIRST: usize = 1500;
+const FIRST: usize = 2500;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/office_loop.log");

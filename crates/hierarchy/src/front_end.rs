@@ -1,5 +1,5 @@
 use nalgebra::Isometry2;
-use robot_log::local_grid::{LocalMapError, Scan, SensorKind};
+use robot_log::local_grid::{Learnt, LocalMapError, Scan, SensorKind};
 use robot_log::{Entry, EntryKind};
 
 use crate::HeadingMode;
@@ -60,14 +60,22 @@ impl FrontEnd {
         tracker: Tracker,
         held_by_scans: bool,
         samples: &[Sample],
+        walls: Learnt,
     ) -> Result<Self, SenseError> {
-        let laser_track = if held_by_scans { Some(LaserTrack::restored(lasers(samples))?) } else { None };
+        let drawn = || LaserTrack::restored(lasers(samples), walls);
+        let laser_track = held_by_scans.then(drawn).transpose()?;
         let mut restored = Self { tracker, laser_track, ..Self::new(config) };
         for sample in samples {
             restored.odom_from_robot = sample.odom_from_robot;
             restored.held_by_walls |= restored.sight_of_walls(&sample.scan).is_some();
         }
+        restored.odom_from_robot = restored.tracker.last_odometry().unwrap_or_else(Isometry2::identity);
         Ok(restored)
+    }
+
+    /// What precise scans have taught of the building's direction.
+    pub(crate) fn known_walls(&self) -> Learnt {
+        self.laser_track.as_ref().map(LaserTrack::walls).unwrap_or_default()
     }
 
     /// Follows one entry.

@@ -1,5 +1,5 @@
 use nalgebra::{Isometry2, Point2};
-use topo_map::{Link, LinkOrigin, Place, PlaceState, TopoMap};
+use topo_map::{Link, LinkOrigin, Place, PlaceId, PlaceState, TopoMap};
 
 use crate::config::RelaxationPolicy;
 use crate::coordinates::Coordinates;
@@ -71,18 +71,28 @@ impl Mapper {
 
 /// After how many links the places were relaxed.
 fn group_ends(links: &[Link], policy: RelaxationPolicy) -> Vec<usize> {
+    let closing = closing(links);
     let is_last = |index: usize| match policy {
         RelaxationPolicy::OneSweep => links[index].origin == LinkOrigin::Traveled,
-        RelaxationPolicy::Converge => {
-            let closes = |link: &Link| link.origin == LinkOrigin::Recognized;
-            closes(&links[index]) && !links.get(index + 1).is_some_and(closes)
-        }
+        RelaxationPolicy::Converge => closing[index] && !closing.get(index + 1).is_some_and(|closes| *closes),
     };
     let mut ends: Vec<usize> = (0..links.len()).filter(|&index| is_last(index)).map(|index| index + 1).collect();
     if ends.last() != Some(&links.len()) {
         ends.push(links.len()); // mapping ends with a relaxation, whatever came last
     }
     ends
+}
+
+/// Which links close a loop: what was recognised does, and so does driving to a place that was known already.
+fn closing(links: &[Link]) -> Vec<bool> {
+    let mut reached = PlaceId(0);
+    let closes = |link: &Link| {
+        let end = link.from.max(link.to);
+        let known = end <= reached;
+        reached = reached.max(end);
+        link.is_measured() && (known || link.origin == LinkOrigin::Recognized)
+    };
+    links.iter().map(closes).collect()
 }
 
 /// Mapping done again, without looking at anything but links.
@@ -116,7 +126,7 @@ impl Replay {
 
     fn arrived(&mut self, places: usize) {
         let at = |pose: Isometry2<f64>| Point2::from(pose.translation.vector);
-        let id = |index: usize| topo_map::PlaceId(u32::try_from(index).expect("places are numbered by 32 bits"));
+        let id = |index: usize| PlaceId(u32::try_from(index).expect("places are numbered by 32 bits"));
         self.growth.arrivals.extend((self.places..places).map(|place| at(self.coordinates.map_from_place(id(place)))));
         self.places = places;
     }

@@ -1,6 +1,6 @@
 use nalgebra::{Isometry2, Matrix3, UnitComplex};
 use robot_log::local_grid::{
-    LocalMap, LocalMapError, LocalMapOptions, Match, Prior, Scan, StructureOptions, TrackOptions, WallCompass,
+    Learnt, LocalMap, LocalMapError, LocalMapOptions, Match, Prior, Scan, StructureOptions, TrackOptions, WallCompass,
     WallCompassOptions, echoes, track, wall_direction_of_echoes,
 };
 
@@ -27,16 +27,23 @@ impl LaserTrack {
         Self { map, options: TrackOptions::default(), walls, last: None, drawn: None }
     }
 
-    /// The map that some scans have left behind, each drawn where it was taken.
+    /// The map that some scans have left behind, each drawn where it was taken, and what their walls have taught.
     pub(crate) fn restored<'a>(
         scans: impl Iterator<Item = (&'a Isometry2<f64>, &'a Scan)>,
+        walls: Learnt,
     ) -> Result<Self, LocalMapError> {
-        let mut track = Self::new();
+        let walls = WallCompass::recalling(WallCompassOptions::default(), walls);
+        let mut track = Self { walls, ..Self::new() };
         for (pose, scan) in scans {
             track.last = Some(*pose);
             track.draw(*pose, scan)?;
         }
         Ok(track)
+    }
+
+    /// What the directions of walls have taught so far.
+    pub(crate) fn walls(&self) -> Learnt {
+        self.walls.learnt()
     }
 
     /// Fits a scan near the pose that odometry predicts and draws it; `None` for the first one, which defines the frame.

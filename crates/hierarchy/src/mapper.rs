@@ -1,4 +1,5 @@
 mod led;
+mod restored;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,12 +22,12 @@ use crate::live_map::LiveMap;
 use crate::problem::RelaxationError;
 use crate::proposals::Proposals;
 use crate::recognize::{Closure, Recognizer, Sensing, Verdict};
-use crate::session::records::{StoredTracker, topology};
+use crate::session::records::StoredTracker;
 use crate::sight::Sight;
 use crate::tally::Tally;
-use crate::tracker::Tracker;
 use crate::trajectory::{Anchor, Sample, Trajectory};
 use crate::verify::{self, Verification};
+pub(crate) use restored::{Memory, Restored};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.
 ///
@@ -59,22 +60,6 @@ pub struct Mapper {
     floor_plan: FloorPlan,
     /// Places that a person declared to be others: which, and which they are.
     same: BTreeMap<PlaceId, PlaceId>,
-}
-
-/// What a session holds of a mapper.
-pub(crate) struct Restored {
-    pub(crate) config: Config,
-    pub(crate) trajectory: Trajectory,
-    pub(crate) visits: Vec<u32>,
-    pub(crate) poses: Vec<Isometry2<f64>>,
-    pub(crate) links: Vec<Link>,
-    pub(crate) closures: Vec<Closure>,
-    pub(crate) tally: Tally,
-    pub(crate) tracker: Tracker,
-    pub(crate) held_by_scans: bool,
-    pub(crate) sweeps: usize,
-    pub(crate) names: BTreeMap<PlaceId, String>,
-    pub(crate) floor_plan: FloorPlan,
 }
 
 /// Why an entry could not be taken in.
@@ -141,44 +126,6 @@ impl Mapper {
             same: BTreeMap::new(),
             config,
         })
-    }
-
-    /// The mapper that a session holds; signatures and the map of walls are drawn again from the scans.
-    pub(crate) fn restored(from: Restored) -> Result<Self, MapperError> {
-        let Restored { config, trajectory, visits, links, .. } = from;
-        let (sight, samples) = (Sight::default(), trajectory.samples());
-        let mut signatures = Vec::with_capacity(visits.len());
-        let blank = sight.signature(&Isometry2::identity(), &[])?;
-        signatures.resize(visits.len(), blank);
-        for (index, anchor) in trajectory.anchors().iter().enumerate() {
-            let until = trajectory.anchors().get(index + 1).map_or(samples.len(), |next| next.sample);
-            let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
-            let seen = &samples[first_since(samples, anchor.travelled - config.places.spacing_m).min(until)..until];
-            signatures[anchor.place.index()] = sight.signature(&track_from_place, seen)?;
-        }
-        let map = topology(&visits, links, |place| Arc::clone(&signatures[place.index()]))?;
-        let mut recognizer = Recognizer::new(&config);
-        for (place, signature) in map.places().iter().zip(&signatures) {
-            recognizer.learn(place.id, signature);
-        }
-        let mut restored = Self {
-            eyes: Eyes::restored(samples.last().map(|sample| &sample.scan)),
-            front_end: FrontEnd::restored(&config, from.tracker, from.held_by_scans, samples)?,
-            sight,
-            map,
-            coordinates: Coordinates::restored(from.poses, from.sweeps),
-            recognizer,
-            closures: from.closures,
-            proposals: Proposals::default(),
-            tally: from.tally,
-            names: from.names,
-            floor_plan: from.floor_plan,
-            same: BTreeMap::new(),
-            trajectory,
-            config,
-        };
-        restored.let_building_hold();
-        Ok(restored)
     }
 
     /// Takes in one entry; all levels are consistent when it returns.

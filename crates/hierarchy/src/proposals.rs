@@ -30,11 +30,12 @@ pub(crate) struct Proposals {
     pending: Vec<Proposal>,
 }
 
+/// Two moments that look alike.
 #[derive(Debug, Clone, Copy)]
-struct Proposal {
-    stamp: f64,
-    earlier: f64,
-    similarity: f64,
+pub(crate) struct Proposal {
+    pub(crate) stamp: f64,
+    pub(crate) earlier: f64,
+    pub(crate) similarity: f64,
 }
 
 /// What became of the proposals, and the map that decided.
@@ -82,6 +83,14 @@ const ROUNDS: usize = 20;
 const NEAR: u32 = 10;
 
 impl Proposals {
+    pub(crate) fn restored(pending: Vec<Proposal>) -> Self {
+        Self { pending }
+    }
+
+    pub(crate) fn pending(&self) -> &[Proposal] {
+        &self.pending
+    }
+
     pub(crate) fn push(&mut self, stamp: f64, earlier: f64, similarity: f64) {
         self.pending.push(Proposal { stamp, earlier, similarity });
     }

@@ -110,22 +110,22 @@ impl std::fmt::Display for Verdict {
 }
 
 /// A place of the stretch with everything that it was compared with.
-#[derive(Debug)]
-struct View {
-    place: PlaceId,
-    likenesses: Vec<Likeness>,
-    most_agreed: usize,
+#[derive(Debug, Clone)]
+pub(crate) struct View {
+    pub(crate) place: PlaceId,
+    pub(crate) likenesses: Vec<Likeness>,
+    pub(crate) most_agreed: usize,
 }
 
 /// One comparison of a place with an older one.
 #[derive(Debug, Clone)]
-struct Likeness {
-    known: PlaceId,
+pub(crate) struct Likeness {
+    pub(crate) known: PlaceId,
     /// `known` as seen from the place; absent where the two do not look alike at all.
-    displacement: Option<Displacement>,
-    log_ratio: f64,
-    score: f64,
-    decided: bool,
+    pub(crate) displacement: Option<Displacement>,
+    pub(crate) log_ratio: f64,
+    pub(crate) score: f64,
+    pub(crate) decided: bool,
 }
 
 /// Where an old place lies and how far from there it may be looked for, in metres and radians.
@@ -194,6 +194,16 @@ impl Recognizer {
             oriented: index(),
             unturned: index(),
         }
+    }
+
+    /// The stretch that ends at the last completed place.
+    pub(crate) fn stretch(&self) -> impl Iterator<Item = &View> {
+        self.stretch.iter()
+    }
+
+    /// Goes on from a stretch.
+    pub(crate) fn recall(&mut self, stretch: Vec<View>) {
+        self.stretch = stretch.into();
     }
 
     /// Weighs a completed place, and with it the stretch that ends there; answers the resemblances decided by now.
@@ -458,5 +468,5 @@ fn measured(alignment: &Alignment, turns: bool, unseen: &Matrix2<f64>) -> Displa
     let floor = Matrix2::identity() * ALIGNMENT_FLOOR.powi(2) + unseen;
     let covariance = alignment.covariance.fixed_view::<2, 2>(0, 0).into_owned() + floor;
     let turn = turns.then(|| Turn { change: alignment.turn, variance: alignment.covariance[(2, 2)] + 1e-4 });
-    Displacement { vector: alignment.offset, covariance, turn }
+    Displacement { vector: alignment.offset, covariance, turn }.symmetric()
 }

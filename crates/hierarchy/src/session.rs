@@ -14,6 +14,7 @@
 pub(crate) mod records;
 mod v1;
 mod v2;
+mod v3;
 
 use std::io::{Read, Write};
 
@@ -22,7 +23,7 @@ use serde::de::DeserializeOwned;
 use crate::mapper::{Mapper, MapperError};
 
 const MAGIC: &[u8; 4] = b"HMAP";
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 const HEADER: usize = 18;
 /// No session is read that claims to be larger: 4 GiB hold about a million scans of 1,000 beams.
 const LIMIT: usize = 4 << 30;
@@ -87,8 +88,13 @@ impl Mapper {
     ///
     /// Never: plain structs of numbers always encode.
     pub fn save(&self, out: &mut impl Write) -> Result<(), SessionError> {
-        let payload = bincode::serde::encode_to_vec(v2::Session::of(self), configuration())
-            .expect("plain structs of numbers always encode");
+        let session = if self.trajectory().samples().is_empty() {
+            v3::Session::of(&Self::new(self.config().clone())?) // what waits for a first scan is read once more
+        } else {
+            v3::Session::of(self)
+        };
+        let payload =
+            bincode::serde::encode_to_vec(session, configuration()).expect("plain structs of numbers always encode");
         out.write_all(MAGIC)?;
         out.write_all(&VERSION.to_le_bytes())?;
         out.write_all(&(payload.len() as u64).to_le_bytes())?;
@@ -105,8 +111,9 @@ impl Mapper {
     pub fn load(from: &mut impl Read) -> Result<Self, SessionError> {
         let (version, payload) = payload(from)?;
         let session = match version {
-            1 => decode::<v1::Session>(&payload)?.into(),
-            _ => decode::<v2::Session>(&payload)?,
+            1 => v2::Session::from(decode::<v1::Session>(&payload)?).into(),
+            2 => decode::<v2::Session>(&payload)?.into(),
+            _ => decode::<v3::Session>(&payload)?,
         };
         session.restore()
     }

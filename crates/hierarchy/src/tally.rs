@@ -27,6 +27,11 @@ impl Tally {
         Self { entries, scans, readings, path_length, stamps, last_odometry: None }
     }
 
+    /// The same, with the odometry's path going on from there.
+    pub(crate) fn going_on_from(self, odometry: Option<Isometry2<f64>>) -> Self {
+        Self { last_odometry: odometry, ..self }
+    }
+
     /// Refuses an entry that is not finite or comes too late.
     pub(crate) fn check(&self, entry: &Entry) -> Result<(), MapperError> {
         let stamp = entry.stamp;

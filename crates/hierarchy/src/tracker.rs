@@ -136,6 +136,11 @@ impl Tracker {
         })
     }
 
+    /// Where the odometry last said that the robot is.
+    pub(crate) fn last_odometry(&self) -> Option<Isometry2<f64>> {
+        self.last_odometry
+    }
+
     /// The robot in the track frame.
     #[must_use]
     pub fn track_from_robot(&self) -> Isometry2<f64> {

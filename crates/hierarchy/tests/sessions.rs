@@ -1,6 +1,6 @@
 use hierarchy::{Config, Mapper, SessionError};
 
-use crate::logs::{map, office_loop};
+use crate::logs::{entries, map, office_loop, shared};
 
 fn stored(mapper: &Mapper) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -23,22 +23,49 @@ fn a_session_read_back_is_the_same_map() {
     assert!(same + 2 >= one.len(), "{same} of {} signatures are drawn again alike", one.len());
 }
 
+/// Maps a log that is stored and read back after each of `stops` entries.
+fn resumed(log: &[robot_log::Entry], config: &Config, stops: &[usize]) -> Vec<u8> {
+    let mut mapper = Mapper::new(config.clone()).unwrap();
+    let mut known = 0;
+    for &stop in stops {
+        for entry in &log[known..stop] {
+            mapper.push(entry).unwrap();
+        }
+        mapper = Mapper::load(&mut stored(&mapper).as_slice()).unwrap();
+        known = mapper.tally().entries;
+    }
+    for entry in &log[known..] {
+        mapper.push(entry).unwrap();
+    }
+    mapper.finish().unwrap();
+    stored(&mapper)
+}
+
+/// Whether it does not matter where a log is interrupted.
+fn goes_on(log: &[robot_log::Entry], config: &Config, what: &str) {
+    let whole = resumed(log, config, &[]);
+    let part = |share: usize| share * log.len() / 9;
+    for stops in [[part(5)].as_slice(), &[0, part(3), part(4), part(7)]] {
+        assert!(resumed(log, config, stops) == whole, "{what}: another map where it stops after {stops:?} entries");
+    }
+}
+
 #[test]
-fn a_map_goes_on_where_it_was_stored() {
-    let log = office_loop();
-    let mut first = Mapper::new(Config::default()).unwrap();
-    let (one, two) = log.split_at(log.len() / 2);
-    for entry in one {
-        first.push(entry).unwrap();
+fn a_resumed_map_is_the_uninterrupted_one() {
+    goes_on(&office_loop()[..2600], &Config::default(), "with a compass");
+}
+
+#[test]
+fn a_resumed_map_of_other_sensors_is_the_uninterrupted_one() {
+    let config = Config::default();
+    if let Some(folder) = shared("laser/intel") {
+        let log = entries(&[folder.join("intel_raw.clf.gz")], None);
+        goes_on(&log[..1500], &config, "by the fit of laser scans");
     }
-    let mut second = Mapper::load(&mut stored(&first).as_slice()).unwrap();
-    for entry in two {
-        first.push(entry).unwrap();
-        second.push(entry).unwrap();
+    if let Some(folder) = shared("sonar/bigwheel") {
+        let log = entries(&[folder.join("garden_15_03_20.csv")], Some("bigwheel"));
+        goes_on(&log, &config, "by a gyro that drifts");
     }
-    assert_eq!(first.topology().n_visited(), second.topology().n_visited());
-    assert_eq!(first.tally().entries, second.tally().entries);
-    assert!(second.closures().iter().any(|c| matches!(c.verdict, hierarchy::Verdict::Accepted { .. })));
 }
 
 #[test]
@@ -71,7 +98,7 @@ fn what_is_no_session_is_refused_by_its_fault() {
 
 #[test]
 fn sessions_of_every_version_are_read_for_ever() {
-    for (version, entries) in [(1, 300), (2, 1500)] {
+    for (version, entries) in [(1, 300), (2, 1500), (3, 2500)] {
         let mapper = golden(version);
         let again = map_prefix(entries);
         assert_eq!(mapper.topology().n_visited(), again.topology().n_visited());
@@ -93,12 +120,13 @@ fn an_old_session_is_written_anew_with_all_that_it_holds() {
 
 #[test]
 fn a_stored_session_knows_its_rooms() {
-    let mapper = golden(2);
-    let plan = mapper.floor_plan();
-    assert_eq!(plan.regions.iter().filter_map(|region| region.name.as_deref()).collect::<Vec<_>>(), ["hall"]);
-    assert_eq!(plan.gateways[0].passage, hierarchy::Passage::Closed);
-    let again = Mapper::load(&mut stored(&mapper).as_slice()).unwrap();
-    assert_eq!(again.floor_plan(), plan);
+    for mapper in [golden(2), golden(3)] {
+        let plan = mapper.floor_plan();
+        assert_eq!(plan.regions.iter().filter_map(|region| region.name.as_deref()).collect::<Vec<_>>(), ["hall"]);
+        assert_eq!(plan.gateways[0].passage, hierarchy::Passage::Closed);
+        let again = Mapper::load(&mut stored(&mapper).as_slice()).unwrap();
+        assert_eq!(again.floor_plan(), plan);
+    }
 }
 
 /// The shipped session of a version.

@@ -34,7 +34,7 @@ pub use signature::{
     AxisHistogram, CellClass, Count, Descriptor, HistogramMatch, Signature, SignatureError, SignatureOptions,
 };
 pub use structure::{
-    StructureOptions, WallCompass, WallCompassOptions, WallDirection, WallRun, WallRunOptions, WallRuns,
+    Learnt, StructureOptions, WallCompass, WallCompassOptions, WallDirection, WallRun, WallRunOptions, WallRuns,
     wall_direction_of_echoes,
 };
 pub use working::{WorkingGrid, WorkingGridOptions};

@@ -1,8 +1,9 @@
+use std::cell::Cell;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use robot_log::{CarmenWriter, Entry, EntryKind, LogError};
+use robot_log::{CarmenWriter, Entry, EntryKind};
 use simulator::{Drift, OdometryModel};
 
 use crate::context::Context;
@@ -67,16 +68,21 @@ pub(crate) fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> 
         Some(drift) => drift.spoil(entry),
         None => (entry, None),
     };
-    let entries = log.by_ref().map(|entry| entry.map_err(io::Error::other)).flat_map(with_truth(spoilt));
+    let broken = Cell::new(None);
+    let whole = |failure| {
+        broken.set(Some(failure));
+        io::Error::other("the log breaks off")
+    };
+    let entries = log.by_ref().map(|entry| entry.map_err(whole)).flat_map(with_truth(spoilt));
     let content = |out: &mut dyn Write| match format {
         Format::Carmen => write_carmen(out, entries),
         Format::Tum => write_tum(out, entries, args.path),
     };
     if args.output.as_os_str() == "-" {
-        content(&mut io::stdout().lock()).map_err(|error| of_log(error).unwrap_or_else(Failure::stdout))?;
+        content(&mut io::stdout().lock()).map_err(|error| broken.take().unwrap_or_else(|| Failure::stdout(error)))?;
     } else {
         files::write(&args.output, args.force, content)
-            .map_err(|error| of_log(error).unwrap_or_else(|error| Failure::writing(&args.output, &error)))?;
+            .map_err(|error| broken.take().unwrap_or_else(|| Failure::writing(&args.output, &error)))?;
     }
     warn_of_skipped(log.reports(), context);
     Ok(())
@@ -99,11 +105,6 @@ fn drift(text: &str) -> Result<OdometryModel, String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| (0.0..=90.0).contains(number));
     let (Some(share), Some(degrees)) = (number(share), number(degrees)) else { return Err(expected()) };
     Ok(OdometryModel::of_shares(share, degrees.to_radians()))
-}
-
-/// The failure of the log that made the writing stop; other errors come back.
-fn of_log(error: io::Error) -> Result<Failure, io::Error> {
-    error.downcast::<LogError>().map(Failure::from)
 }
 
 fn format_of(path: &Path) -> Result<Format, Failure> {

@@ -1,9 +1,9 @@
 use clap::Args;
-use robot_log::{Input, LogReader, ReadOptions, open_log};
 
 use crate::commands::run::{Job, OutputArgs, map_log};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::input::Log;
 
 /// The bundled experiment, no input needed: a robot with sonars drives a loop through an office
 ///
@@ -23,6 +23,6 @@ pub(crate) fn run(args: &DemoArgs, context: &Context) -> Result<(), Failure> {
 }
 
 /// Opens the bundled log.
-pub(crate) fn open() -> Result<LogReader, Failure> {
-    Ok(open_log(vec![Input::new("office_loop.log (bundled)", LOG)], &ReadOptions::default())?)
+pub(crate) fn open() -> Result<Log, Failure> {
+    Log::bundled("office_loop.log (bundled)", LOG)
 }

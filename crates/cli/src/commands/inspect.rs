@@ -2,13 +2,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use clap::Args;
-use robot_log::{LogReader, LogReport, Survey};
+use robot_log::{LogReport, Survey};
 use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::input::{LogArgs, warn_of_skipped};
+use crate::input::{Log, LogArgs, warn_of_skipped};
 
 mod graph;
 mod map;
@@ -38,13 +38,13 @@ pub(crate) fn run(args: &InspectArgs, context: &Context) -> Result<(), Failure> 
     Ok(())
 }
 
-fn inspect_log(path: &Path, log: &mut LogReader, context: &Context) -> Result<bool, Failure> {
+fn inspect_log(path: &Path, log: &mut Log, context: &Context) -> Result<bool, Failure> {
     let mut survey = Survey::default();
-    let stage = context.progress().stage("reading", 0);
-    for entry in log.by_ref() {
+    let stage = context.progress().reading("reading", log.size());
+    while let Some(entry) = log.next() {
         survey.push(&entry?);
         if survey.entries % 1000 == 0 {
-            stage.at(survey.entries, || format!("{} entries", survey.entries));
+            stage.at(log.taken(), || format!("{} entries", survey.entries));
         }
     }
     stage.finish(&format!("{} entries", survey.entries));

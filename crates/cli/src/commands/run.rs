@@ -3,7 +3,6 @@ use std::time::Instant;
 
 use clap::Args;
 use hierarchy::{Config, Mapper, Metrics};
-use robot_log::LogReader;
 use toml::Value;
 
 use crate::context::{self, Context};
@@ -11,7 +10,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::finished::{Finished, rejected};
 use crate::gate::{self, Gate};
-use crate::input::{LogArgs, warn_of_skipped};
+use crate::input::{Log, LogArgs, warn_of_skipped};
 use crate::live::LiveArgs;
 use crate::mapping::{self, Fed, Part};
 use crate::run_folder::RunFolder;
@@ -110,7 +109,7 @@ pub(crate) struct Job<'a> {
     /// Its files, for the record; none where the program brings the log itself.
     pub(crate) inputs: &'a [PathBuf],
     /// Opens the log, as often as it is asked.
-    pub(crate) open: &'a dyn Fn() -> Result<LogReader, Failure>,
+    pub(crate) open: &'a dyn Fn() -> Result<Log, Failure>,
     pub(crate) args: &'a OutputArgs,
 }
 
@@ -185,9 +184,20 @@ pub(crate) fn go_on(
     }
     warn_of_skipped(log.reports(), context);
     let skipped: u64 = log.reports().map(|report| report.skipped_lines()).sum();
+    let fed = Fed { skipped: usize::try_from(skipped).unwrap_or(usize::MAX), ..fed };
+    conclude(mapper, &fed, folder, (record, started), context)
+}
+
+/// Fills a run folder with all that follows from a map that is whole.
+pub(crate) fn conclude(
+    mapper: Mapper,
+    fed: &Fed,
+    folder: &RunFolder,
+    (mut record, started): (RunRecord, Instant),
+    context: &Context,
+) -> Result<Metrics, Failure> {
     record.entries = mapper.tally().entries;
-    let mut finished = finish(mapper, &fed, folder, context)?;
-    finished.metrics.log.skipped = usize::try_from(skipped).unwrap_or(usize::MAX);
+    let mut finished = finish(mapper, fed, folder, context)?;
     let stage = context.progress().stage("writing", 0);
     write(folder, &mut finished, started)?;
     stage.finish(&format!("{} files", folder.size().0));
@@ -211,6 +221,7 @@ fn finish(mut mapper: Mapper, fed: &Fed, folder: &RunFolder, context: &Context) 
     }
     output::write_config(folder, &config)?;
     finished.metrics.truth = fed.truth.judge(&finished.mapper);
+    finished.metrics.log.skipped = fed.skipped;
     (finished.metrics.timings_s.read, finished.metrics.timings_s.local) = (fed.reading_s, fed.mapping_s);
     Ok(finished)
 }
@@ -242,8 +253,8 @@ fn run_again(
     let (mut mapper, mut log) = (new_mapper(config)?, (job.open)()?);
     let part = Part { known: 0, from: job.args.from, until: job.args.until };
     let fed = mapping::feed(&mut mapper, &mut log, (part, 0), None, &silent, |_| Ok(()))?;
+    let fed = Fed { skipped: metrics.log.skipped, ..fed };
     let mut finished = finish(mapper, &fed, &folder, &silent)?;
-    finished.metrics.log.skipped = metrics.log.skipped;
     finished.metrics.timings_s = metrics.timings_s.clone();
     finished.metrics.peak_memory_mib = metrics.peak_memory_mib;
     output::write(&folder, &session::name(first.path()), &finished)?;

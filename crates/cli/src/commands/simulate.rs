@@ -1,5 +1,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
 use robot_log::{CarmenWriter, Entry, EntryKind};
@@ -11,6 +12,9 @@ use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
+use crate::run_folder::RunFolder;
+use crate::run_record::RunRecord;
+use crate::{session, summary};
 
 mod explore;
 mod frames;
@@ -23,9 +27,11 @@ use frames::Frames;
 ///
 /// The robot explores the world until nothing new is left, or drives along given points.
 ///
-/// Example: topogrid simulate office-46x12 --seed 7 -o office.log
+/// Examples:
+///   topogrid simulate office-46x12 --seed 7 -o office.log
+///   topogrid simulate office-46x12 --seed 7 -o office.log --run runs/explored
 #[derive(Debug, Args)]
-#[command(after_help = "Worlds that come along: office-46x12, office-loop, laboratory, flat")]
+#[command(verbatim_doc_comment, after_help = "Worlds that come along: office-46x12, office-loop, laboratory, flat")]
 pub(crate) struct SimulateArgs {
     /// A plan (.toml), a map (.yaml; .map; .png or .pgm with --resolution), a world that comes along, or `random:SEED`
     #[arg(value_name = "WORLD")]
@@ -54,9 +60,15 @@ pub(crate) struct SimulateArgs {
     /// How often the sensors fire at a stop of a tour, the turret a little further each time
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
     firings: u16,
+    /// End an exploration after so many seconds of the robot's clock; places that it still expects stay predicted
+    #[arg(long, value_name = "S", value_parser = crate::input::positive, conflicts_with_all = ["tour", "waypoints"])]
+    until: Option<f64>,
     /// Write pictures for an animation into this folder, one per stop or new place
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
+    /// Keep the map that the robot makes while it explores: a run folder, with its report
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["tour", "waypoints"])]
+    run: Option<PathBuf>,
     /// Replace files where they exist
     #[arg(long)]
     force: bool,
@@ -83,6 +95,9 @@ struct Report {
     /// Where the robot explored.
     #[serde(skip_serializing_if = "Option::is_none")]
     exploration: Option<explore::Explored>,
+    /// The run folder that holds the robot's own map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    run: Option<String>,
 }
 
 /// Drives the robot through the world and writes its log.
@@ -93,13 +108,21 @@ pub(crate) fn run(args: &SimulateArgs, context: &Context) -> Result<(), Failure>
     let mut robot = Robot::new(&world, description, args.seed)
         .map_err(|error| Failure::new(Exit::Rejected, "simulate.robot", error.to_string()))?;
     let start = robot.map_from_robot();
+    let folder = args.run.as_ref().map(|path| RunFolder::choose(Some(path), "", args.force)).transpose()?;
+    let begun = (RunRecord::begin(args.seed, &[]), Instant::now());
     let mut frames = args.frames.as_ref().map(|folder| Frames::new(folder, &world, args.force)).transpose()?;
-    let (entries, exploration) = match &points {
+    let (entries, explored) = match &points {
         Some(points) => (drive(args, &mut robot, points, frames.as_mut(), context)?, None),
-        None => explore::explore(&mut robot, frames.as_mut(), context).map(|(entries, how)| (entries, Some(how)))?,
+        None => explore::explore(&mut robot, args.until, frames.as_mut(), context)
+            .map(|(entries, mapper, how)| (entries, Some((mapper, how))))?,
     };
     let out = args.out();
     write_log(args, &out, &robot, &entries)?;
+    let (mapper, exploration) = explored.unzip();
+    let metrics = match (&folder, mapper) {
+        (Some(folder), Some(mapper)) => Some(explore::keep(mapper, &entries, folder, begun, context)?),
+        _ => None,
+    };
     let scans = entries.iter().filter_map(|entry| match &entry.kind {
         EntryKind::Scan { scan, .. } => Some(scan.readings().len()),
         _ => None,
@@ -120,8 +143,12 @@ pub(crate) fn run(args: &SimulateArgs, context: &Context) -> Result<(), Failure>
         odometry_error_m: (believed.translation.vector - robot.map_from_robot().translation.vector).norm(),
         frames: frames.map_or(0, |frames| frames.count()),
         exploration,
+        run: folder.as_ref().map(|folder| folder.path().display().to_string()),
     };
     report.tell(context)?;
+    if let (Some(folder), Some(metrics), false) = (&folder, &metrics, context.json) {
+        context.sum_up(&summary::text(&session::name(folder.path()), folder, metrics, args.seed, None))?;
+    }
     match report.exploration {
         Some(explored) if !explored.complete => {
             Err(Failure::new(Exit::Interrupted, "interrupted", "the exploration was stopped; its log so far is kept"))
@@ -243,6 +270,7 @@ impl Report {
         if self.frames > 0 {
             text += &format!("{} pictures\n", self.frames);
         }
-        context.print(&(text + &format!("next: topogrid run {}\n", self.log)))
+        let next = if self.run.is_some() { "\n".to_owned() } else { format!("next: topogrid run {}\n", self.log) };
+        context.print(&(text + &next))
     }
 }

@@ -46,15 +46,17 @@ fn place(id: impl Display) -> String {
 /// The run in a sentence.
 pub(super) fn about(metrics: &Metrics) -> String {
     let Metrics { log, links, grid, .. } = metrics;
+    let loops = match (links.recognized, links.rejected) {
+        (0, 0) if links.traveled >= metrics.places => "loops closed by coming back to known places alone".to_owned(),
+        (closed, refused) => format!("{closed} loops closed, {refused} refused"),
+    };
     format!(
-        "{} places joined by {} links over {:.1} m of travel, headings from {}; {} loops closed, {} refused. \
+        "{} places joined by {} links over {:.1} m of travel, headings from {}; {loops}. \
          Drawn in {} × {} cells of {} m.",
         metrics.places,
         links.traveled + links.recognized,
         log.path_length_m,
         escape(&log.heading_source),
-        links.recognized,
-        links.rejected,
         grid.rows,
         grid.columns,
         grid.resolution_m

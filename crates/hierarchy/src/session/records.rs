@@ -2,6 +2,7 @@
 //!
 //! Never changed: a version that needs more of one has a struct of its own, made from the one here.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Complex, Isometry2, Matrix2, UnitComplex, Vector2};
@@ -92,17 +93,22 @@ pub(crate) struct StoredTracker {
     pub(crate) since_place: [f64; 6],
 }
 
-/// The topological map of stored places and links, each place with the signature that `signature` draws.
+/// The topological map of stored places and links, each visited place with the signature that `signature` draws.
 pub(crate) fn topology<S>(
     visits: &[u32],
+    states: &BTreeMap<PlaceId, PlaceState<()>>,
     links: Vec<Link>,
     mut signature: impl FnMut(PlaceId) -> S,
 ) -> Result<TopoMap<S>, topo_map::MapError> {
-    let place = |(id, visits): (u32, &u32)| Place {
-        id: PlaceId(id),
-        state: PlaceState::Visited { signature: signature(PlaceId(id)) },
-        visits: *visits,
+    let mut state = |id| match states.get(&id) {
+        None | Some(PlaceState::Visited { .. }) => PlaceState::Visited { signature: signature(id) },
+        Some(&PlaceState::Predicted { seen_from, toward, confidence }) => {
+            PlaceState::Predicted { seen_from, toward, confidence }
+        }
+        Some(PlaceState::Refuted) => PlaceState::Refuted,
+        Some(&PlaceState::Merged { into, offset }) => PlaceState::Merged { into, offset },
     };
+    let place = |(id, visits): (u32, &u32)| Place { id: PlaceId(id), state: state(PlaceId(id)), visits: *visits };
     TopoMap::from_parts((0..).zip(visits).map(place).collect(), links)
 }
 

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use nalgebra::Vector2;
 use robot_log::local_grid::Sweep;
 use serde::{Deserialize, Serialize};
@@ -142,18 +144,23 @@ impl Session {
         }
     }
 
-    /// Checks everything that a map relies on, and builds it.
-    pub(super) fn restore(self) -> Result<Mapper, SessionError> {
+    /// The places that it knows.
+    pub(super) fn known(&self) -> Known {
+        Known { places: self.places.len() }
+    }
+
+    /// Checks everything that a map relies on.
+    pub(super) fn restore(self) -> Result<Restored, SessionError> {
+        let known = self.known();
         let config = Config::from_toml(&self.config).map_err(|error| contradiction(error.to_string()))?;
         let sensors = self.sensors.into_iter().map(restored_sensor).collect::<Result<Vec<_>, _>>()?;
         let samples: Vec<Sample> =
             self.samples.into_iter().map(|sample| restored_sample(sample, &sensors)).collect::<Result<_, _>>()?;
         let samples = swept(samples, self.swept)?;
-        let known = Known { places: self.places.len() };
         let anchor = |anchor: &StoredAnchor| restored_anchor(anchor, known.place(anchor.place)?, samples.len());
         let anchors: Vec<Anchor> = self.anchors.iter().map(anchor).collect::<Result<_, SessionError>>()?;
         let name = |(place, name)| Ok((known.place(place)?, name));
-        let restored = Restored {
+        Ok(Restored {
             trajectory: Trajectory::restored(samples, anchors),
             visits: self.places.iter().map(|place| place.visits).collect(),
             poses: self.places.iter().map(|place| isometry(&place.map_from_place)).collect::<Result<_, _>>()?,
@@ -168,24 +175,25 @@ impl Session {
                 regions: self.regions.into_iter().map(|region| known.region(region)).collect::<Result<_, _>>()?,
                 gateways: self.gateways.iter().map(|gateway| known.gateway(gateway)).collect::<Result<_, _>>()?,
             },
+            states: BTreeMap::new(),
+            memory: None,
             config,
-        };
-        Ok(Mapper::restored(restored)?)
+        })
     }
 }
 
-fn contradiction(what: String) -> SessionError {
+pub(super) fn contradiction(what: String) -> SessionError {
     SessionError::Contradiction(what)
 }
 
 /// The places that there are: whatever speaks of another one contradicts the session.
 #[derive(Clone, Copy)]
-struct Known {
-    places: usize,
+pub(super) struct Known {
+    pub(super) places: usize,
 }
 
 impl Known {
-    fn place(self, place: u32) -> Result<PlaceId, SessionError> {
+    pub(super) fn place(self, place: u32) -> Result<PlaceId, SessionError> {
         let exists = (place as usize) < self.places;
         exists.then_some(PlaceId(place)).ok_or_else(|| contradiction(format!("place {place} of {}", self.places)))
     }

@@ -35,24 +35,51 @@ const LESSONS_AT_MOST: u32 = 10;
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallCompass {
     options: WallCompassOptions,
+    learnt: Learnt,
+}
+
+/// What a [`WallCompass`] has learnt: all that is needed to go on with it later.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Learnt {
     /// The sum of unit vectors at four times the angles seen.
-    sum: Vector2<f64>,
-    lessons: u32,
-    agreement: f64,
+    pub sum: Vector2<f64>,
+    /// Sights that taught it.
+    pub lessons: u32,
+    /// The share of recent sights that agreed, in `[0, 1]`.
+    pub agreement: f64,
+}
+
+impl Default for Learnt {
+    fn default() -> Self {
+        Self { sum: Vector2::zeros(), lessons: 0, agreement: 1.0 }
+    }
 }
 
 impl WallCompass {
     /// A compass that has seen nothing.
     #[must_use]
     pub fn new(options: WallCompassOptions) -> Self {
-        Self { options, sum: Vector2::zeros(), lessons: 0, agreement: 1.0 }
+        Self::recalling(options, Learnt::default())
+    }
+
+    /// A compass that has learnt something before.
+    #[must_use]
+    pub fn recalling(options: WallCompassOptions, learnt: Learnt) -> Self {
+        Self { options, learnt }
+    }
+
+    /// What it has learnt so far.
+    #[must_use]
+    pub fn learnt(&self) -> Learnt {
+        self.learnt
     }
 
     /// The building's direction in `[0, π/2)` radians, as far as it has been learnt.
     #[must_use]
     pub fn reference(&self) -> Option<f64> {
-        let learnt = self.lessons >= self.options.lessons && self.sum.norm() > 0.0;
-        learnt.then(|| (0.25 * self.sum.y.atan2(self.sum.x)).rem_euclid(std::f64::consts::FRAC_PI_2))
+        let Learnt { sum, lessons, .. } = self.learnt;
+        let known = lessons >= self.options.lessons && sum.norm() > 0.0;
+        known.then(|| (0.25 * sum.y.atan2(sum.x)).rem_euclid(std::f64::consts::FRAC_PI_2))
     }
 
     /// Takes a sight: walls that run in `seen.direction` from a robot whose heading is believed to be `heading` radians.
@@ -63,10 +90,10 @@ impl WallCompass {
         let deviation = self.reference().map(|reference| in_map.turn_to(reference));
         let turn = deviation.map_or(0.0, |deviation| self.judge(deviation, seen.sigma));
         // Learning ends: a drift that is always held back a little late would teach the reference to follow it.
-        if self.lessons < LESSONS_AT_MOST.saturating_mul(self.options.lessons) {
+        if self.learnt.lessons < LESSONS_AT_MOST.saturating_mul(self.options.lessons) {
             let angle = 4.0 * (in_map.direction + turn);
-            self.sum += Vector2::new(angle.cos(), angle.sin());
-            self.lessons += 1;
+            self.learnt.sum += Vector2::new(angle.cos(), angle.sin());
+            self.learnt.lessons += 1;
         }
         turn
     }
@@ -74,8 +101,8 @@ impl WallCompass {
     fn judge(&mut self, deviation: f64, sigma: f64) -> f64 {
         let agrees = if deviation.abs() <= self.options.agreement.max(2.5 * sigma) { 1.0 } else { 0.0 };
         // Recent means the last thirty sights or so.
-        self.agreement += (agrees - self.agreement) / 30.0;
-        let trusted = self.agreement >= self.options.least_agreement && deviation.abs() <= self.options.gate;
+        self.learnt.agreement += (agrees - self.learnt.agreement) / 30.0;
+        let trusted = self.learnt.agreement >= self.options.least_agreement && deviation.abs() <= self.options.gate;
         if trusted { self.options.gain * deviation } else { 0.0 }
     }
 }

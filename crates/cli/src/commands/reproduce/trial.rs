@@ -98,7 +98,7 @@ pub(super) fn run(
     let begun = Instant::now();
     let mut robot = Robot::new(world, description.clone(), seed).map_err(|error| failed(&error))?;
     let mut clearance = f64::INFINITY;
-    let expedition = expedition::explore(&mut robot, |halt| {
+    let expedition = expedition::explore(&mut robot, None, |halt| {
         let at = Point2::from(halt.robot.map_from_robot().translation.vector);
         clearance = clearance.min(world.at(halt.robot.time()).clearance(at, 1.0) - description.radius);
         watch(halt);

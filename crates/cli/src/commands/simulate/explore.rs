@@ -1,14 +1,20 @@
-use hierarchy::Exploration;
+use std::time::Instant;
+
 use hierarchy::topo_map::Change;
-use robot_log::Entry;
+use hierarchy::{Exploration, Mapper, Metrics};
+use robot_log::{Entry, EntryKind};
 use serde::Serialize;
 use simulator::Robot;
 use simulator::nalgebra::Point2;
 
 use super::frames::Frames;
+use crate::commands::run;
 use crate::context::{self, Context};
 use crate::expedition;
 use crate::failure::Failure;
+use crate::mapping::Fed;
+use crate::run_folder::RunFolder;
+use crate::run_record::RunRecord;
 
 /// How an exploration went.
 #[derive(Debug, Serialize)]
@@ -18,21 +24,22 @@ pub(super) struct Explored {
     pub(super) links: usize,
     /// The share of the reachable floor within a metre of a place.
     pub(super) coverage: f64,
-    /// Whether nothing predicted was left; otherwise the user stopped it.
+    /// Whether it went on until nothing predicted was left, or as long as it was to; otherwise the user stopped it.
     pub(super) complete: bool,
 }
 
-/// Lets the robot explore until nothing predicted is left, or until the user stops it.
+/// Lets the robot explore until nothing predicted is left, `until` its clock shows so many seconds, or until the user stops it.
 pub(super) fn explore(
     robot: &mut Robot<'_>,
+    until: Option<f64>,
     mut frames: Option<&mut Frames>,
     context: &Context,
-) -> Result<(Vec<Entry>, Explored), Failure> {
+) -> Result<(Vec<Entry>, Mapper, Explored), Failure> {
     context::catch_interrupts();
     let stage = context.progress().stage("exploring", 0);
     let mut framed = 0;
     let mut live = Live { visited: Vec::new(), coverage: 0.0 };
-    let expedition = expedition::explore(robot, |halt| {
+    let expedition = expedition::explore(robot, until, |halt| {
         if !live.follow(halt.robot, halt.changes) {
             return Ok(());
         }
@@ -51,7 +58,24 @@ pub(super) fn explore(
         coverage: live.coverage,
         complete: expedition.complete,
     };
-    Ok((expedition.entries, explored))
+    Ok((expedition.entries, expedition.exploration.into_mapper(), explored))
+}
+
+/// Fills a run folder with the map that the robot made for itself: with the places that it expected, and what became of them.
+pub(super) fn keep(
+    mapper: Mapper,
+    entries: &[Entry],
+    folder: &RunFolder,
+    begun: (RunRecord, Instant),
+    context: &Context,
+) -> Result<Metrics, Failure> {
+    let mut fed = Fed { mapping_s: begun.1.elapsed().as_secs_f64(), ..Fed::default() };
+    for entry in entries {
+        if let EntryKind::Truth { map_from_robot } = entry.kind {
+            fed.truth.push(entry.stamp, map_from_robot);
+        }
+    }
+    run::conclude(mapper, &fed, folder, begun, context)
 }
 
 /// What the user sees while the robot explores.
