@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::finished::Finished;
 use crate::loops_csv;
 use crate::map_folder;
-use crate::report;
+use crate::report::Page;
 use crate::run_folder::RunFolder;
 
 /// What a run folder holds for other programs without being asked.
@@ -62,9 +62,9 @@ pub(crate) fn write_config(folder: &RunFolder, config: &Config) -> Result<(), Fa
 }
 
 /// The page that shows it all.
-pub(crate) fn write_report(folder: &RunFolder, name: &str, finished: &Finished) -> Result<(), Failure> {
-    let page = report::whole_page(name, finished)?;
-    folder.write("report.html", |out| out.write_all(page.as_bytes()))
+pub(crate) fn write_report(folder: &RunFolder, page: Page, metrics: &Metrics) -> Result<(), Failure> {
+    let text = page.with(metrics);
+    folder.write("report.html", |out| out.write_all(text.as_bytes()))
 }
 
 /// The figures of the run.

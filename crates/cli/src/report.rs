@@ -11,6 +11,7 @@ mod figure;
 mod page;
 mod tables;
 
+use hierarchy::Metrics;
 use hierarchy::explain::LinkStory;
 use local_grid::FuzzyGrid;
 
@@ -24,17 +25,29 @@ use page::{REPORT, fill};
 
 pub(crate) use comparison::{Counts, Side, comparison};
 
-/// The whole page of a finished run.
-pub(crate) fn whole_page(name: &str, finished: &Finished) -> Result<String, Failure> {
+/// The page of a run, but for how long it all took: drawing it is part of that.
+pub(crate) struct Page {
+    parts: Vec<(&'static str, String)>,
+}
+
+impl Page {
+    /// The whole page, with the times of these figures.
+    pub(crate) fn with(mut self, metrics: &Metrics) -> String {
+        self.parts.push(("timings", tables::timings(metrics)));
+        fill(REPORT, &self.parts)
+    }
+}
+
+/// Draws the page of a finished run.
+pub(crate) fn draw(name: &str, finished: &Finished) -> Result<Page, Failure> {
     let Finished { mapper, gridmap, regions, explanation, metrics } = finished;
     let atlas = mapper.atlas().map_err(|error| failed(&error))?;
     let certificate = mapper.certificate(0).map_err(|error| failed(&error))?;
     let growth = mapper.growth(data::MOST_POSITIONS).map_err(|error| failed(&error))?;
     let bridges: Vec<&LinkStory> = explanation.links.iter().filter(|link| link.bridge).collect();
     let data = Data::new(name, finished, &atlas, &growth)?;
-    Ok(fill(
-        REPORT,
-        &[
+    Ok(Page {
+        parts: vec![
             ("name", escape(name)),
             ("about", tables::about(metrics)),
             ("figures", tables::figures(metrics)),
@@ -46,12 +59,11 @@ pub(crate) fn whole_page(name: &str, finished: &Finished) -> Result<String, Fail
             ("least_sure", tables::least_sure(&explanation.places)),
             ("strained", tables::strained(&explanation.links)),
             ("regions", tables::regions(regions)),
-            ("timings", tables::timings(metrics)),
             ("config", escape(&mapper.config().to_toml())),
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("data", page::json(&data)?),
         ],
-    ))
+    })
 }
 
 /// A gridmap as a PNG of one pixel per cell, as text.

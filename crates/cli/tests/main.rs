@@ -17,6 +17,7 @@ mod inspect;
 mod interruption;
 mod live;
 mod manners;
+mod palette;
 mod readme;
 mod regions;
 mod relax;

@@ -1,3 +1,5 @@
+use std::time::{Duration, Instant};
+
 use nalgebra::{Isometry2, Point2};
 use topo_map::{Displacement, PlaceId, PlaceState, TopoMap};
 
@@ -13,6 +15,8 @@ pub struct Coordinates {
     map_from_place: Vec<Isometry2<f64>>,
     sweeps: usize,
     held: Vec<HeldHeading>,
+    /// Time that relaxation took.
+    spent: Duration,
 }
 
 /// How one relaxation went.
@@ -33,7 +37,7 @@ const SAME_HEADING: f64 = 1e-6;
 
 impl Coordinates {
     pub(crate) fn restored(map_from_place: Vec<Isometry2<f64>>, sweeps: usize) -> Self {
-        Self { map_from_place, sweeps, held: Vec::new() }
+        Self { map_from_place, sweeps, ..Self::default() }
     }
 
     /// The headings that the building holds; empty where a compass holds them all, or nothing does.
@@ -75,6 +79,12 @@ impl Coordinates {
         self.sweeps
     }
 
+    /// Time that all relaxations took.
+    #[must_use]
+    pub fn spent(&self) -> Duration {
+        self.spent
+    }
+
     /// Puts a place where a known one and the displacement from it say; without one, at the origin.
     pub fn place(&mut self, place: PlaceId, seen_from: Option<(PlaceId, &Displacement)>) {
         let pose = seen_from.map_or_else(Isometry2::identity, |(from, displacement)| {
@@ -101,11 +111,12 @@ impl Coordinates {
     ///
     /// As [`Coordinates::problem`].
     pub fn sweep<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, RelaxationError> {
+        let begun = Instant::now();
         let problem = self.problem(map)?;
         let before = self.padded(map);
         let after = problem.swept(&before)?;
         self.sweeps += 1;
-        Ok(self.accept(&problem, &before, &after, 1))
+        Ok(self.accept(&problem, &before, &after, (1, begun)))
     }
 
     /// The coordinates of least energy.
@@ -114,10 +125,11 @@ impl Coordinates {
     ///
     /// As [`Coordinates::problem`].
     pub fn relax<S>(&mut self, map: &TopoMap<S>) -> Result<Relaxation, RelaxationError> {
+        let begun = Instant::now();
         let problem = self.problem(map)?;
         let before = self.padded(map);
         let after = problem.relaxed(&before)?;
-        Ok(self.accept(&problem, &before, &after, 0))
+        Ok(self.accept(&problem, &before, &after, (0, begun)))
     }
 
     /// Takes over the positions of visited places, by their index, and puts all others where the map expects them: a
@@ -156,9 +168,10 @@ impl Coordinates {
         problem: &Problem,
         before: &[Isometry2<f64>],
         after: &[Isometry2<f64>],
-        sweeps: usize,
+        (sweeps, begun): (usize, Instant),
     ) -> Relaxation {
         self.map_from_place = after.to_vec();
+        self.spent += begun.elapsed();
         let shift =
             |(from, to): (&Isometry2<f64>, &Isometry2<f64>)| (to.translation.vector - from.translation.vector).norm();
         let max_shift = before.iter().zip(after).map(shift).fold(0.0, f64::max);

@@ -443,6 +443,11 @@ impl Mapper {
         &self.floor_plan
     }
 
+    /// Takes over what is remembered of regions and gateways from another state of the same map: it holds on to places.
+    pub fn remember_floor_plan(&mut self, plan: FloorPlan) {
+        self.floor_plan = plan;
+    }
+
     pub(crate) fn floor_plan_mut(&mut self) -> &mut FloorPlan {
         &mut self.floor_plan
     }
@@ -499,6 +504,12 @@ impl Mapper {
     #[must_use]
     pub fn tally(&self) -> &Tally {
         &self.tally
+    }
+
+    /// Time that recognition took, since the program began.
+    #[must_use]
+    pub fn spent_recognizing(&self) -> std::time::Duration {
+        self.recognizer.spent()
     }
 
     /// Where headings came from so far: `compass`, `gyro` (what was taken for one until it drifted), `structure` (the

@@ -1,5 +1,6 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use nalgebra::{Matrix2, Vector2};
 use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Descriptor, Signature, align, unseen_by_sonar};
@@ -34,6 +35,7 @@ pub(crate) struct Recognizer {
     /// What every completed place looks like, in few numbers: for headings that hold, and in ones that no turn changes.
     oriented: SignatureIndex,
     unturned: SignatureIndex,
+    spent: Duration,
 }
 
 /// How far views can be believed.
@@ -193,6 +195,7 @@ impl Recognizer {
             stretch: VecDeque::new(),
             oriented: index(),
             unturned: index(),
+            spent: Duration::ZERO,
         }
     }
 
@@ -214,6 +217,7 @@ impl Recognizer {
         place: PlaceId,
         sensing: Sensing,
     ) -> Vec<Closure> {
+        let begun = Instant::now();
         let mut decided = Vec::new();
         if self.stretch.len() == STRETCH
             && let Some(view) = self.stretch.pop_front()
@@ -226,7 +230,13 @@ impl Recognizer {
         }
         self.stretch.push_back(View { place, likenesses, most_agreed: 0 });
         decided.extend(self.decide(coordinates));
+        self.spent += begun.elapsed();
         decided
+    }
+
+    /// Time that all recognition took.
+    pub(crate) fn spent(&self) -> Duration {
+        self.spent
     }
 
     /// Nothing more will come: what still waits is refused.

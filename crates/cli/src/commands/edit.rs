@@ -10,7 +10,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::finished::Finished;
 use crate::run_folder::RunFolder;
-use crate::{edits, output, place_name, session};
+use crate::{edits, output, place_name, report, session};
 
 /// Change a map by hand: a list of edits that is replayed on the recorded map; grid and exports follow at once
 ///
@@ -146,7 +146,7 @@ fn redraw(run: &Path, mapper: Mapper, context: &Context) -> Result<(), Failure> 
     let folder = RunFolder::existing(run);
     output::write(&folder, &session::name(run), &finished)?;
     output::write_metrics(&folder, &finished.metrics)?;
-    output::write_report(&folder, &session::name(run), &finished)
+    output::write_report(&folder, report::draw(&session::name(run), &finished)?, &finished.metrics)
 }
 
 fn energy(mapper: &Mapper) -> Result<f64, Failure> {

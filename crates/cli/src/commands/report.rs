@@ -29,7 +29,7 @@ pub(crate) fn run(args: &ReportArgs, context: &Context) -> Result<(), Failure> {
     let folder = file.parent().unwrap_or(Path::new("."));
     let mut finished = Finished::draw(session::load(&args.run)?, context)?;
     recall(&mut finished.metrics, &folder.join("metrics.json"));
-    let page = report::whole_page(&session::name(&args.run), &finished)?;
+    let page = report::draw(&session::name(&args.run), &finished)?.with(&finished.metrics);
     let out = args.out.clone().unwrap_or_else(|| folder.join("report.html"));
     files::write(&out, true, |file| file.write_all(page.as_bytes())).map_err(|error| Failure::writing(&out, &error))?;
     if context.json {

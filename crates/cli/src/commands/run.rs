@@ -16,7 +16,7 @@ use crate::mapping::{self, Fed, Part};
 use crate::run_folder::RunFolder;
 use crate::run_record::RunRecord;
 use crate::settings::{Origin, Settings, SettingsArgs};
-use crate::{edits, memory, output, session, summary, verify};
+use crate::{edits, memory, output, report, session, summary, verify};
 
 mod plan;
 
@@ -209,6 +209,7 @@ pub(crate) fn conclude(
 
 /// Applies what was edited, and draws. The session that is kept is the map as it was recorded, without the edits.
 fn finish(mut mapper: Mapper, fed: &Fed, folder: &RunFolder, context: &Context) -> Result<Finished, Failure> {
+    let spent = [mapper.spent_recognizing(), mapper.coordinates().spent()].map(|spent| spent.as_secs_f64());
     let edits = edits::read(folder.path())?;
     let config = mapper.config().clone();
     if !edits.list.is_empty() {
@@ -222,19 +223,22 @@ fn finish(mut mapper: Mapper, fed: &Fed, folder: &RunFolder, context: &Context) 
     output::write_config(folder, &config)?;
     finished.metrics.truth = fed.truth.judge(&finished.mapper);
     finished.metrics.log.skipped = fed.skipped;
-    (finished.metrics.timings_s.read, finished.metrics.timings_s.local) = (fed.reading_s, fed.mapping_s);
+    let timings = &mut finished.metrics.timings_s;
+    [timings.recognize, timings.relax] = spent;
+    (timings.read, timings.local) = (fed.reading_s, (fed.mapping_s - spent[0] - spent[1]).max(0.0));
     Ok(finished)
 }
 
-/// Writes all that follows from the map; the figures come last, since they hold how long it took.
+/// Writes all that follows from the map; the figures come last, since they hold how long it took, the page included.
 fn write(folder: &RunFolder, finished: &mut Finished, started: Instant) -> Result<(), Failure> {
-    let writing = Instant::now();
-    output::write(folder, &session::name(folder.path()), finished)?;
+    let (writing, name) = (Instant::now(), session::name(folder.path()));
+    output::write(folder, &name, finished)?;
+    let page = report::draw(&name, finished)?;
     finished.metrics.timings_s.write = writing.elapsed().as_secs_f64();
     finished.metrics.timings_s.total = started.elapsed().as_secs_f64();
     finished.metrics.peak_memory_mib = memory::peak_mib();
     output::write_metrics(folder, &finished.metrics)?;
-    output::write_report(folder, &session::name(folder.path()), finished)
+    output::write_report(folder, page, &finished.metrics)
 }
 
 /// Maps the log a second time, beside the first, and compares; the times are those of the first run.
@@ -259,7 +263,7 @@ fn run_again(
     finished.metrics.peak_memory_mib = metrics.peak_memory_mib;
     output::write(&folder, &session::name(first.path()), &finished)?;
     output::write_metrics(&folder, &finished.metrics)?;
-    output::write_report(&folder, &session::name(first.path()), &finished)?;
+    output::write_report(&folder, report::draw(&session::name(first.path()), &finished)?, &finished.metrics)?;
     let verdict = verify::compare(first.path(), beside.path());
     stage.finish(verdict.as_deref().unwrap_or("not identical"));
     verdict

@@ -27,6 +27,8 @@ await run(async ({ open, shoot }, file) => {
   await themes(open, shoot, url);
   await narrow(open, shoot, url);
   await withoutScript(open, shoot, url);
+  await eyes(open, shoot, url);
+  await paper(open, shoot, url);
   await large(open, shoot, file, artefacts);
 });
 
@@ -160,6 +162,33 @@ async function withoutScript(open, shoot, url) {
   check("without a script there is the graph", await page.locator("svg.graph:visible").count() === 2);
   check("without a script nothing dead is shown", await page.locator("input:visible, button:visible").count() === 0);
   await shoot(page, "report-without-script", { fullPage: true });
+  await page.context().close();
+}
+
+// What people see who lack a kind of cone; tests/palette.rs holds the numbers, these pictures are for looking at.
+async function eyes(open, shoot, url) {
+  for (const type of ["protanopia", "deuteranopia", "tritanopia", "achromatopsia"]) {
+    const page = await open(url);
+    await ready(page);
+    for (const name of ["before", "shift", "regions", "refused"]) await page.locator(`#layers input[value=${name}]:not([disabled])`).check();
+    const session = await page.context().newCDPSession(page);
+    await session.send("Emulation.setEmulatedVisionDeficiency", { type });
+    await picture(page);
+    await shoot(page, `report-${type}`);
+    await page.context().close();
+  }
+}
+
+async function paper(open, shoot, url) {
+  const page = await open(url);
+  await ready(page);
+  await page.emulateMedia({ media: "print" });
+  check("on paper there is nothing to press", await page.locator("input:visible, button:visible").count() === 0);
+  check("on paper there is the gridmap", (await page.locator("#fuzzy").boundingBox()).width > 300);
+  check("on paper tables are whole", await page.locator(".long").evaluateAll((all) => all.every((one) => one.scrollHeight <= one.clientHeight + 1)));
+  await shoot(page, "report-print", { fullPage: true });
+  const pdf = await page.pdf({ format: "A4" });
+  check("it prints", pdf.length > 20000, pdf.length);
   await page.context().close();
 }
 

@@ -12,6 +12,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
 use crate::input::{self, ReadingArgs};
+use crate::session;
 
 /// A map in its own frame, and where that lies.
 pub(super) type PlacedMap = (Grid<Occupancy>, Isometry2<f64>);
@@ -38,9 +39,7 @@ impl Subject {
         let beside = || file("odometry.tum").map(|file| read_path(&file, reading, false)).transpose();
         let odometry = odometry.map_or_else(beside, |odometry| Ok(Some(odometry)))?;
         let map = file("map.yaml").map(|file| read_map(&file)).transpose()?;
-        let run = file("session.hmap").map(|file| {
-            Mapper::load(&mut files::open(&file)?).map_err(|error| Failure::rejected(&file, "session", &error))
-        });
+        let run = file("session.hmap").map(|_| session::load(path)); // with its edits, as its trajectory and map are
         Ok(Self { path: read_path(&trajectory, reading, false)?, odometry, map, run: run.transpose()? })
     }
 

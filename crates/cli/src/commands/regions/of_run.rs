@@ -18,7 +18,7 @@ pub(super) fn run(args: &RegionsArgs, stored: &Path, context: &Context) -> Resul
         return Err(Failure::new(Exit::Usage, "regions.arguments", message)
             .help("name its map.yaml to cut that with another --furniture"));
     }
-    let mut mapper = session::recorded(&args.map)?;
+    let mut mapper = session::load(&args.map)?;
     let gridmap = map_folder::read(&args.map)?.grid;
     let mut map = mapper.survey(&gridmap).map_err(|error| Failure::rejected(&args.map, "regions.map", &error))?;
     warn_of_none(&map, args, context);
@@ -33,7 +33,9 @@ pub(super) fn run(args: &RegionsArgs, stored: &Path, context: &Context) -> Resul
         None => Vec::new(),
     };
     if changed {
-        files::write(stored, true, |mut out| mapper.save(&mut out).map_err(io::Error::other))
+        let mut recorded = session::recorded(&args.map)?; // what is edited is not recorded
+        recorded.remember_floor_plan(mapper.floor_plan().clone());
+        files::write(stored, true, |mut out| recorded.save(&mut out).map_err(io::Error::other))
             .map_err(|error| Failure::writing(stored, &error))?;
     }
     let places = places(&mapper, &map);
