@@ -52,7 +52,10 @@ fn goes_on(log: &[robot_log::Entry], config: &Config, what: &str) {
 
 #[test]
 fn a_resumed_map_is_the_uninterrupted_one() {
-    goes_on(&office_loop()[..2600], &Config::default(), "with a compass");
+    let mut config = Config::default();
+    goes_on(&office_loop()[..2600], &config, "with a compass");
+    config.heading.source = hierarchy::HeadingMode::Structure;
+    goes_on(&office_loop()[..1200], &config, "by the walls that sonars see");
 }
 
 #[test]
