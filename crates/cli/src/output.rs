@@ -33,7 +33,7 @@ pub(crate) fn write(folder: &RunFolder, name: &str, finished: &Finished) -> Resu
         folder.write(file, |out| format.write(out, &source))?;
     }
     if !regions.regions.is_empty() {
-        let free = hierarchy::floor(gridmap);
+        let free = hierarchy::floor(gridmap, &mapper.poses());
         folder.write("regions.geojson", |mut out| {
             region_map::export::write_geojson(&mut out, regions, &Isometry2::identity())
         })?;

@@ -112,4 +112,11 @@ fn a_run_keeps_names_and_closed_gateways_in_its_session() {
     regions().args(["--open", "0"]).assert().success().stdout(contains("kitchen"));
     let told = regions().arg("--json").assert().success();
     assert!(!String::from_utf8_lossy(&told.get_output().stdout).contains("\"blocked\": true"));
+
+    // A name given to an edited map stays when the edit is taken back, and the session holds what was recorded.
+    let edit = |arguments: &[&str]| drop(topogrid().arg("edit").arg(&run).args(arguments).assert().success());
+    edit(&["pin", "P5", "--at", "3,1", "--sigma", "0.5"]);
+    regions().args(["--name", "1=lobby"]).assert().success();
+    edit(&["undo"]);
+    regions().assert().success().stdout(contains("lobby").and(contains("kitchen")));
 }

@@ -1,7 +1,9 @@
 //! Decisions that flow down: what the higher levels say about the lower ones.
 
+mod floor;
 mod plan;
 mod rooms;
 
+pub use floor::floor;
 pub use plan::{Plan, Planner, RouteError};
-pub use rooms::{count_regions, floor, regions};
+pub use rooms::{count_regions, regions};

@@ -34,7 +34,7 @@ fn close(map: &mut RegionMap, near: Point2<f64>) -> usize {
 #[test]
 fn a_plan_through_regions_is_as_short_as_one_over_all_cells() {
     let grid = office();
-    let map = regions(&grid).unwrap();
+    let map = regions(&grid, &[]).unwrap();
     assert_eq!(map.regions.len(), 9);
     let options = PlanOptions::default();
     let planner = Planner::new(&grid, &map, &options).unwrap();
@@ -56,7 +56,7 @@ fn a_plan_through_regions_is_as_short_as_one_over_all_cells() {
 #[test]
 fn no_plan_leads_through_a_closed_door() {
     let grid = office();
-    let mut map = regions(&grid).unwrap();
+    let mut map = regions(&grid, &[]).unwrap();
     let options = PlanOptions::default();
     let (room, corridor) = (Point2::new(1.5, 4.0), Point2::new(2.5, 0.0));
     let direct = Planner::new(&grid, &map, &options).unwrap().plan(room, corridor).unwrap();

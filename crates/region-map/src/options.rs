@@ -48,7 +48,7 @@ impl Options {
     /// here and there without having a door in it.
     #[must_use]
     pub fn robot_map() -> Self {
-        Self { tables: 2.75, wall_gap: 0.3, roughness: 1.0, ..Self::default() }
+        Self { tables: 2.75, wall_gap: 0.4, roughness: 1.0, ..Self::default() }
     }
 }
 

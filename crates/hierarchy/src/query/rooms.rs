@@ -1,61 +1,31 @@
+use global_grid::Exposure;
 use nalgebra::Isometry2;
-use region_map::{Element, Logic, NoSuchRegion, Options, RegionMap, SegmentError, dilate, erode, segment_explored};
-use robot_log::local_grid::{FuzzyGrid, Grid};
+use region_map::{NoSuchRegion, Options, RegionMap, SegmentError, segment_explored};
+use robot_log::local_grid::FuzzyGrid;
 use topo_map::PlaceId;
 
+use super::floor::floor;
 use crate::floor_plan::Passage;
 use crate::mapper::Mapper;
 use crate::metrics::RegionMetrics;
 
-/// Cuts a gridmap into rooms, corridors and gateways; what is unexplored is told from walls.
+/// Cuts a gridmap into rooms, corridors and gateways; what is unexplored is told from walls. `driven` are poses of the robot
+/// in the order in which it drove, or none: see [`floor`].
 ///
 /// # Errors
 ///
 /// A map that falls into more than 65535 regions.
-pub fn regions(gridmap: &FuzzyGrid) -> Result<RegionMap, SegmentError> {
-    let free = floor(gridmap);
-    let threshold = Options::robot_map().threshold;
-    let mut unknown = gridmap.map(|cell| cell.occupied <= OCCUPIED);
-    unknown.cells_mut().iter_mut().zip(free.cells()).for_each(|(unknown, free)| *unknown &= *free <= threshold);
-    segment_explored(&free, &unknown, &Options::robot_map())
+pub fn regions(gridmap: &FuzzyGrid, driven: &[Isometry2<f64>]) -> Result<RegionMap, SegmentError> {
+    let free = floor(gridmap, driven);
+    let options = Options::robot_map();
+    let exposure = Exposure::of(gridmap);
+    let mut unknown = gridmap.map(|cell| exposure.of_cell(*cell).occupied <= OCCUPIED);
+    unknown.cells_mut().iter_mut().zip(free.cells()).for_each(|(unknown, free)| *unknown &= *free <= options.threshold);
+    segment_explored(&free, &unknown, &options)
 }
 
-/// Membership of each cell in "floor": empty, as far as that is known, and not contradicted by echoes.
-///
-/// A wall between two rooms is seen from both of them, and rays along it pass its cells by: sonar leaves it as empty as it
-/// is occupied. So what counts is the share of the evidence that says "occupied", in logarithms, where evidence adds up:
-///
-/// ```text
-/// floor = min(E / 0.4, 1 − s / 0.6)      s = ln(1 − O) / (ln(1 − E) + ln(1 − O))
-/// ```
-///
-/// `O` is closed before (dilated and eroded by a disc of 0.2 m): echoes dot a wall, and nobody passes between two dots.
-#[must_use]
-pub fn floor(gridmap: &FuzzyGrid) -> Grid<f32> {
-    let disc = Element::disc(WALL_GAP / 2.0, gridmap.frame().resolution());
-    let occupied = gridmap.map(|cell| cell.occupied.clamp(0.0, 1.0));
-    let mut floor = erode(&dilate(&occupied, &disc, Logic::Goedel), &disc, Logic::Goedel);
-    for (cell, fuzzy) in floor.cells_mut().iter_mut().zip(gridmap.cells()) {
-        *cell = membership(fuzzy.empty.clamp(0.0, 1.0), *cell);
-    }
-    floor
-}
-
-/// Echoes closer than this, in metres, are of one wall: half a door.
-const WALL_GAP: f64 = 0.4;
-/// A cell of this degree of emptiness is as empty as a handful of readings makes it.
-const EMPTY: f32 = 0.4;
-/// A cell is no floor at all where this share of the evidence says "occupied".
-const CONTRADICTED: f32 = 0.6;
 /// A cell of more than this degree of occupancy is known, and be it only as a wall.
 const OCCUPIED: f32 = 0.5;
-
-fn membership(empty: f32, occupied: f32) -> f32 {
-    let evidence = |degree: f32| -(1.0 - degree).max(1e-6).ln();
-    let (empty_evidence, occupied_evidence) = (evidence(empty), evidence(occupied));
-    let share = occupied_evidence / (empty_evidence + occupied_evidence).max(f32::MIN_POSITIVE);
-    (empty / EMPTY).min(1.0 - share / CONTRADICTED).clamp(0.0, 1.0)
-}
 
 /// How many rooms, corridors and gateways there are.
 #[must_use]
@@ -65,14 +35,14 @@ pub fn count_regions(map: &RegionMap) -> RegionMetrics {
 }
 
 impl Mapper {
-    /// Cuts a gridmap of this map into regions, as [`regions`] does, and remembers them: names and closed gateways that
+    /// Cuts a gridmap of this map into regions, as [`regions`] does, along all that was driven, and remembers them: names and closed gateways that
     /// are known from before are found again, wherever relaxation has moved them.
     ///
     /// # Errors
     ///
     /// As [`regions`].
     pub fn survey(&mut self, gridmap: &FuzzyGrid) -> Result<RegionMap, SegmentError> {
-        let mut map = regions(gridmap)?;
+        let mut map = regions(gridmap, &self.poses())?;
         let places = self.visited_poses();
         self.floor_plan_mut().renew(&mut map, &places);
         Ok(map)

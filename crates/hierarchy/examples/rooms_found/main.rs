@@ -1,0 +1,119 @@
+//! Whether all rooms and doors of a building are found in the gridmap that the robot itself built, seed by seed.
+//!
+//! ```text
+//! cargo run --release -p hierarchy --example rooms_found -- WORLD.toml FIRST LAST [PICTURES]
+//! ```
+//!
+//! A simulated Nomad 200 explores the world once for each seed from FIRST to LAST. Judged is the map that it has when it
+//! stops, and the one that is built once more from its log alone, as `topogrid run` does. The truth is the world's plan:
+//! what hangs together with all doors shut is a room, if the robot can get into it, and an open door between two rooms is a
+//! door. A room is found where a region has more than half of their floor in common with it, a door where a gateway within
+//! a metre joins the regions of its two rooms. PICTURES is a folder for pictures of all regions.
+#![expect(clippy::print_stdout, reason = "an example says what it found")]
+
+mod score;
+mod truth;
+
+use std::fs::File;
+use std::path::Path;
+
+use hierarchy::evaluate::TimedPath;
+use hierarchy::topo_map::ExplorerOptions;
+use hierarchy::{Config, Ended, Errand, Exploration, Mapper};
+use nalgebra::Isometry2;
+use region_map::RegionMap;
+use robot_log::local_grid::FuzzyGrid;
+use robot_log::{Entry, EntryKind};
+use score::{Score, truth_from_map};
+use simulator::{Command, Robot, RobotDescription, World};
+use truth::Rooms;
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [path, first, last, pictures @ ..] = arguments.as_slice() else {
+        return Err("usage: rooms_found WORLD.toml FIRST LAST [PICTURES]".into());
+    };
+    let (first, last) = (first.parse::<u64>()?, last.parse::<u64>()?);
+    let plan = std::fs::read_to_string(path)?;
+    let (world, robot) = (World::from_plan(&plan)?, RobotDescription::nomad200());
+    let rooms = Rooms::of(&plan, robot.radius)?;
+    println!("{}: {} rooms, {} doors", world.name(), rooms.count, rooms.doors.len());
+    println!("seed map       regions gateways  doors  agreement of the rooms");
+    let mut tally = [[0; 2]; 2];
+    for seed in first..=last {
+        let (explored, entries) = explore(&world, &robot, seed)?;
+        for (kind, mapper) in [explored, mapped(&entries)?].iter_mut().enumerate() {
+            let name = format!("{seed:>4} {}", ["explored", "from log"][kind]);
+            let (gridmap, map, score) = judge(mapper, &rooms, &entries)?;
+            report(&name, &map, &score);
+            tally[kind][0] += usize::from(score.is_complete());
+            tally[kind][1] += score.doors.iter().filter(|found| **found).count();
+            if let Some(folder) = pictures.first() {
+                let file = Path::new(folder).join(format!("{}.png", name.trim().replace(' ', "-")));
+                region_map::export::write_picture(
+                    &mut File::create(file)?,
+                    &map,
+                    &hierarchy::floor(&gridmap, &mapper.poses()),
+                )?;
+            }
+        }
+    }
+    for (name, [complete, doors]) in ["explored", "from log"].into_iter().zip(tally) {
+        let seeds = usize::try_from(last + 1 - first)?;
+        println!("{name}: complete {complete} of {seeds}, doors {doors} of {}", seeds * rooms.doors.len());
+    }
+    Ok(())
+}
+
+/// Lets a robot explore; gives all levels of its map, and its log.
+fn explore(world: &World, robot: &RobotDescription, seed: u64) -> Result<(Mapper, Vec<Entry>), Failure> {
+    let mut robot = Robot::new(world, robot.clone(), seed)?;
+    let mut exploration = Exploration::new(Config::default(), ExplorerOptions::default())?;
+    let (mut entries, mut ended) = (Vec::new(), Ended::Well);
+    loop {
+        let command = match exploration.next(ended)? {
+            Errand::Turn { to } => Command::Turn { to },
+            Errand::Drive { distance } => Command::Drive { distance },
+            Errand::Look { to } => Command::Look { to },
+            Errand::Fire => Command::Fire,
+            Errand::Done => return Ok((exploration.into_mapper(), entries)),
+        };
+        let before = entries.len();
+        ended = if robot.execute(&command, &mut entries).blocked { Ended::Blocked } else { Ended::Well };
+        for entry in &entries[before..] {
+            exploration.push(entry)?;
+        }
+    }
+}
+
+/// The map that is built from a log alone.
+fn mapped(entries: &[Entry]) -> Result<Mapper, Failure> {
+    let mut mapper = Mapper::new(Config::default())?;
+    for entry in entries {
+        mapper.push(entry)?;
+    }
+    mapper.finish()?;
+    Ok(mapper)
+}
+
+fn judge(mapper: &mut Mapper, rooms: &Rooms, entries: &[Entry]) -> Result<(FuzzyGrid, RegionMap, Score), Failure> {
+    let gridmap = mapper.gridmap()?;
+    let map = mapper.survey(&gridmap)?;
+    let truth = entries.iter().filter_map(|entry| match entry.kind {
+        EntryKind::Truth { map_from_robot } => Some((entry.stamp, map_from_robot)),
+        _ => None,
+    });
+    let truth_from_map: Isometry2<f64> = truth_from_map(mapper, &TimedPath::new(truth))?;
+    let score = Score::of(rooms, &gridmap, &map, &truth_from_map);
+    Ok((gridmap, map, score))
+}
+
+fn report(name: &str, map: &RegionMap, score: &Score) {
+    let doors: String = score.doors.iter().map(|found| if *found { 'x' } else { '-' }).collect();
+    let rooms: Vec<String> = score.rooms.iter().map(|(_, share)| format!("{share:.2}")).collect();
+    let verdict = if score.is_complete() { "complete" } else { "" };
+    let (regions, gateways) = (map.regions.len(), map.gateways.len());
+    println!("{name:13} {regions:>8} {gateways:>8}  {doors}  {}  {verdict}", rooms.join(" "));
+}
