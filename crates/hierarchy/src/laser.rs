@@ -19,6 +19,11 @@ pub(crate) struct LaserTrack {
 
 /// A scan is drawn only where the robot has moved on since the last that was: so many metres, or radians.
 const DRAW_EVERY: f64 = 0.1;
+/// A scan during which the robot turned by more than this, in radians, is drawn only when it must be: what is not known
+/// exactly of the scanner's clock turns all of its walls, and the scans after it would be laid onto them.
+const ASKEW: f64 = 0.02;
+/// It must where the robot has moved so far since the last scan that was drawn, in metres or radians.
+const DRAW_AT_LEAST_EVERY: f64 = 0.5;
 
 impl LaserTrack {
     pub(crate) fn new() -> Self {
@@ -66,7 +71,9 @@ impl LaserTrack {
     fn draw(&mut self, pose: Isometry2<f64>, scan: &Scan) -> Result<(), LocalMapError> {
         let near = self.drawn.is_some_and(|drawn| {
             let moved = drawn.inv_mul(&pose);
-            moved.translation.vector.norm() <= DRAW_EVERY && moved.rotation.angle().abs() <= DRAW_EVERY
+            let askew = scan.sweep().is_some_and(|sweep| sweep.turn.abs() > ASKEW);
+            let enough = if askew { DRAW_AT_LEAST_EVERY } else { DRAW_EVERY };
+            moved.translation.vector.norm() <= enough && moved.rotation.angle().abs() <= enough
         });
         if !near {
             self.map.insert(&pose, scan)?;

@@ -20,9 +20,8 @@ const WORTH_A_LOOK: f64 = 0.5;
 
 /// The best poses of the volume, each a separation away from all better ones.
 pub(crate) fn of(volume: &Volume, options: &AlignOptions) -> Vec<Peak> {
-    let ranked: Vec<(f64, u32)> = volume.scored().map(|index| (volume.rank(index), index)).collect();
-    let best = ranked.iter().map(|scored| scored.0).fold(0.0, f64::max);
-    let mut order: Vec<(f64, u32)> = ranked.into_iter().filter(|scored| scored.0 >= WORTH_A_LOOK * best).collect();
+    let best = volume.scored().map(|scored| scored.0).fold(0.0, f64::max);
+    let mut order: Vec<(f64, u32)> = volume.scored().filter(|scored| scored.0 >= WORTH_A_LOOK * best).collect();
     let falling = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
     if order.len() > MOST_SORTED {
         order.select_nth_unstable_by(MOST_SORTED, falling);

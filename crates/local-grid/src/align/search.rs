@@ -16,6 +16,8 @@ pub(crate) struct Volume {
     unknown_penalty: f64,
     min_overlap: f64,
     slices: Vec<Slice>,
+    /// The score by which each pose is ranked, slice by slice; 0 where too little overlaps.
+    ranks: Vec<f64>,
     turn_step: f64,
 }
 
@@ -51,15 +53,19 @@ impl Volume {
         let (turns, turn_step) = turns(options, resolution, &walls);
         let origin = table.frame().origin();
         let slice = |&turn: &f64| Slice::new(&padded, &walls, origin, resolution, reach, turn);
-        Self {
+        let mut volume = Self {
             resolution,
             side: 2 * reach + 1,
             n_walls: walls.len(),
             unknown_penalty: options.unknown_penalty,
             min_overlap: options.min_overlap,
             slices: turns.iter().map(slice).collect(),
+            ranks: Vec::new(),
             turn_step,
-        }
+        };
+        let sums = volume.slices.iter().flat_map(|slice| &slice.sums);
+        volume.ranks = sums.map(|&sums| volume.score(sums, volume.unknown_penalty)).collect();
+        volume
     }
 
     /// Radians between two turns, 0 where only one was tried.
@@ -67,20 +73,12 @@ impl Volume {
         self.turn_step
     }
 
-    /// All poses with enough overlap.
-    pub(crate) fn scored(&self) -> impl Iterator<Item = u32> + '_ {
-        let n = self.slices.len() * self.side * self.side;
-        (0..u32::try_from(n).unwrap_or(u32::MAX)).filter(|&index| self.rank(index) > 0.0)
+    /// All poses with enough overlap, each with the score by which it is ranked: unknown space counts a little against.
+    pub(crate) fn scored(&self) -> impl Iterator<Item = (f64, u32)> + '_ {
+        self.ranks.iter().copied().zip(0..).filter(|(rank, _)| *rank > 0.0)
     }
 
-    /// The score by which poses are ranked: unknown space counts a little against.
-    pub(crate) fn rank(&self, index: u32) -> f64 {
-        self.score(index, self.unknown_penalty)
-    }
-
-    fn score(&self, index: u32, unknown_penalty: f64) -> f64 {
-        let (slice, at) = self.locate(index);
-        let sums = slice.sums[at];
+    fn score(&self, sums: u32, unknown_penalty: f64) -> f64 {
         let (near, known) = (f64::from(sums & ((1 << NEAR_BITS) - 1)), f64::from(sums >> NEAR_BITS));
         let all = as_f64(self.n_walls);
         if known < self.min_overlap * all || known == 0.0 {
@@ -96,29 +94,37 @@ impl Volume {
 
     pub(crate) fn peak(&self, index: u32) -> Peak {
         let (slice, at) = self.locate(index);
-        let step = Vector2::new(as_f64(at % self.side), as_f64(at / self.side)) * self.resolution;
-        Peak { offset: slice.corner + step, turn: slice.turn, score: self.rank(index) }
+        Peak { offset: slice.corner + self.step(at), turn: slice.turn, score: self.ranks[index as usize] }
+    }
+
+    /// How far a pose of a slice lies from the slice's first.
+    fn step(&self, at: usize) -> Vector2<f64> {
+        Vector2::new(as_f64(at % self.side), as_f64(at / self.side)) * self.resolution
     }
 
     /// The spread of poses around `peak`, each weighted by `exp((score − best) / temperature)`.
     ///
     /// Poses turned further than a peak is wide are other matches, not this one's spread.
     pub(crate) fn covariance(&self, peak: &Peak, options: &AlignOptions) -> Matrix3<f64> {
-        let turned = |pose: &Peak| crate::Heading::from_radians(pose.turn) - crate::Heading::from_radians(peak.turn);
+        let turned = |slice: &Slice| crate::Heading::from_radians(slice.turn) - crate::Heading::from_radians(peak.turn);
+        let near = || self.slices.iter().map(|slice| (slice, turned(slice))).filter(|near| near.1.abs() < PEAK_TURN);
         // Only the overlap is judged here: walls that leave the window say nothing of the axis they left along.
-        let scored = |index: u32| Peak { score: self.score(index, 0.0), ..self.peak(index) };
-        let poses: Vec<Peak> = self.scored().map(scored).filter(|pose| turned(pose).abs() < PEAK_TURN).collect();
-        let best = poses.iter().map(|pose| pose.score).fold(0.0, f64::max);
+        let best = near().flat_map(|near| &near.0.sums).map(|&sums| self.score(sums, 0.0)).fold(0.0, f64::max);
+        // Below, a pose weighs less than a millionth of the best.
+        let least = best + 1e-6f64.ln() * options.temperature;
         let (mut total, mut mean, mut square) = (0.0, Vector3::zeros(), Matrix3::zeros());
-        for pose in &poses {
-            let weight = ((pose.score - best) / options.temperature).exp();
-            if weight < 1e-6 {
-                continue;
+        for (slice, turned) in near() {
+            for (at, &sums) in slice.sums.iter().enumerate() {
+                let score = self.score(sums, 0.0);
+                if score <= least.max(0.0) {
+                    continue;
+                }
+                let weight = ((score - best) / options.temperature).exp();
+                let step = (slice.corner + self.step(at) - peak.offset).push(turned);
+                total += weight;
+                mean += step * weight;
+                square += step * step.transpose() * weight;
             }
-            let step = (pose.offset - peak.offset).push(turned(pose));
-            total += weight;
-            mean += step * weight;
-            square += step * step.transpose() * weight;
         }
         if total == 0.0 {
             let (position, turn) = (options.reach.powi(2) / 3.0, turn_variance(options));

@@ -74,7 +74,7 @@ impl WallTable {
         let (left, low) = (x as usize, y as usize);
         let (right, high) = ((left + 1).min(columns - 1), (low + 1).min(rows - 1));
         let near = |row: usize, column: usize| f64::from(self.near[row * columns + column]);
-        let (fx, fy) = (x.fract(), y.fract());
+        let (fx, fy) = (x - as_f64(left), y - as_f64(low));
         let below = near(low, left) * (1.0 - fx) + near(low, right) * fx;
         let above = near(high, left) * (1.0 - fx) + near(high, right) * fx;
         Some((below * (1.0 - fy) + above * fy, known))
@@ -97,6 +97,11 @@ impl WallTable {
         }
         tally
     }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "cells of a local grid are few")]
+fn as_f64(count: usize) -> f64 {
+    count as f64
 }
 
 /// Nearness of the cells around a wall, as `(row step, column step, nearness)`.
