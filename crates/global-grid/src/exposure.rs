@@ -5,6 +5,9 @@ const CLEAR: f32 = 3.0;
 /// The most by which evidence is multiplied.
 const LONGEST: f32 = 40.0;
 
+/// Shares of occupied evidence up to which a cell is empty, at which it is contradictory, and from which it is occupied.
+const SHARES: [f32; 3] = [0.3, 0.5, 0.65];
+
 /// By how much a map's evidence is multiplied before thresholds or eyes judge it, as a photograph is exposed by its subject.
 ///
 /// How far a union of readings gets depends on how many there were and on how much each was trusted, so that a map of few or
@@ -67,6 +70,23 @@ impl Exposure {
         (self.0 * nats(cell.empty), self.0 * nats(cell.occupied))
     }
 
+    /// How much is known of a cell after exposure, and which share of it says "occupied".
+    pub(crate) fn known_and_share(self, cell: Fuzzy) -> (f32, f32) {
+        let (empty, occupied) = self.nats(cell);
+        let all = empty + occupied;
+        (-(-all).exp_m1(), if all > 0.0 { occupied / all } else { 0.0 })
+    }
+
+    /// The degree to which a cell's readings contradict each other, as where furniture or a door was moved: how much is known
+    /// of it, times how near its evidence is to the balance.
+    ///
+    /// `E · O` would not do: with enough readings it is high in every wall that rays pass by, and with few nowhere.
+    #[must_use]
+    pub fn contradiction(self, cell: Fuzzy) -> f32 {
+        let (known, share) = self.known_and_share(cell);
+        known * balance(share)
+    }
+
     /// A cell's degrees after exposure.
     #[must_use]
     pub fn of_cell(self, cell: Fuzzy) -> Fuzzy {
@@ -76,6 +96,13 @@ impl Exposure {
         let (empty, occupied) = self.nats(cell);
         Fuzzy { empty: -(-empty).exp_m1(), occupied: -(-occupied).exp_m1() }
     }
+}
+
+/// How near a share of occupied evidence is to the balance: 1 where both sides weigh the same.
+pub(crate) fn balance(share: f32) -> f32 {
+    let [empty, even, occupied] = SHARES;
+    let near = if share < even { (share - empty) / (even - empty) } else { (occupied - share) / (occupied - even) };
+    near.clamp(0.0, 1.0)
 }
 
 /// A degree as evidence, in nats.
@@ -100,6 +127,15 @@ mod tests {
         assert_eq!(Exposure::of(&grid(0.99)).factor(), 1.0);
         assert_eq!(Exposure::of(&FuzzyGrid::new(frame)).factor(), 1.0);
         assert_eq!(Exposure::by(f32::NAN).factor(), 1.0);
+    }
+
+    #[test]
+    fn only_balanced_evidence_contradicts_itself() {
+        let of = |empty, occupied| Exposure::by(5.0).contradiction(Fuzzy { empty, occupied });
+        assert!(of(0.4, 0.4) > 0.9, "timid, but balanced");
+        assert_eq!(of(0.95, 0.999), 0.0, "a wall that rays pass by");
+        assert_eq!(of(0.3, 0.1), 0.0, "floor with a stray echo");
+        assert!(of(0.01, 0.01) < 0.1 && of(0.0, 0.0) == 0.0, "hardly anything known");
     }
 
     #[test]

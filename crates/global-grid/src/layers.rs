@@ -5,6 +5,7 @@ use std::io::{BufRead, Write};
 use local_grid::{Fuzzy, FuzzyGrid, Grid, GridFrame};
 use nalgebra::Point2;
 
+use crate::Exposure;
 use crate::derived::{Norm, derive};
 use crate::map_server::ImageError;
 use crate::picture::PictureError;
@@ -16,7 +17,7 @@ pub enum Layer {
     Occupied,
     /// `E`: membership in the empty set.
     Free,
-    /// `E · O`: readings contradict each other, as where furniture or doors were moved.
+    /// Readings contradict each other, as where furniture or doors were moved: see [`Exposure::contradiction`].
     Conflict,
     /// `(1 − E)(1 − O)`: hardly anything is known.
     Ignorance,
@@ -50,13 +51,13 @@ impl Layer {
         }
     }
 
-    /// The cell's degree.
+    /// The cell's degree; `exposure` is that of the map, and only the conflict asks for it.
     #[must_use]
-    pub fn degree(self, cell: Fuzzy) -> f32 {
+    pub fn degree(self, cell: Fuzzy, exposure: Exposure) -> f32 {
         match self {
             Self::Occupied => cell.occupied,
             Self::Free => cell.empty,
-            Self::Conflict => derive(cell, Norm::Product).ambiguous,
+            Self::Conflict => exposure.contradiction(cell),
             Self::Ignorance => derive(cell, Norm::Product).indeterminate,
             Self::Unsafe => derive(cell, Norm::Product).unsafety,
         }
@@ -76,12 +77,13 @@ pub fn write_layer(grid: &FuzzyGrid, layer: Layer, out: impl Write) -> Result<()
     encoder.set_depth(png::BitDepth::Sixteen);
     let mut writer = encoder.write_header()?;
     let mut stream = writer.stream_writer()?;
+    let exposure = Exposure::of(grid);
     let mut line = Vec::with_capacity(2 * columns);
     for row in grid.cells().chunks_exact(columns.max(1)).rev() {
         line.clear();
         for &cell in row {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 65535")]
-            let level = (layer.degree(cell).clamp(0.0, 1.0) * 65_535.0).round() as u16;
+            let level = (layer.degree(cell, exposure).clamp(0.0, 1.0) * 65_535.0).round() as u16;
             line.extend(level.to_be_bytes());
         }
         stream.write_all(&line).map_err(PictureError::Io)?;

@@ -17,8 +17,8 @@ pub enum Occupancy {
 
 /// When a cell with degrees `E` of emptiness and `O` of occupancy counts as occupied, free or contradictory.
 ///
-/// Occupied if `O > E` and `O > occupied`; free if `E > O` and `E > free`, both after [`exposure`](CrispOptions::exposure);
-/// contradictory if `E · O > contradictory`, without.
+/// Occupied if `O > E` and `O > occupied`; free if `E > O` and `E > free`; contradictory if its
+/// [`contradiction`](Exposure::contradiction) exceeds `contradictory`; all after [`exposure`](CrispOptions::exposure).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct CrispOptions {
@@ -26,7 +26,7 @@ pub struct CrispOptions {
     pub occupied: f32,
     /// Least degree of emptiness of a free cell.
     pub free: f32,
-    /// Least product of both of a contradictory cell.
+    /// Least degree of contradiction of a contradictory cell.
     pub contradictory: f32,
     /// By how much evidence is multiplied before it is judged. Thresholds suit maps of one density of readings; the exposure
     /// suits them to others.
@@ -35,7 +35,7 @@ pub struct CrispOptions {
 
 impl Default for CrispOptions {
     fn default() -> Self {
-        Self { occupied: 0.5, free: 0.3, contradictory: 0.25, exposure: Exposure::default() }
+        Self { occupied: 0.5, free: 0.3, contradictory: 0.5, exposure: Exposure::default() }
     }
 }
 
@@ -62,7 +62,7 @@ impl CrispOptions {
     /// Whether the cell's readings contradict each other.
     #[must_use]
     pub fn is_contradictory(&self, cell: Fuzzy) -> bool {
-        cell.empty * cell.occupied > self.contradictory
+        self.exposure.contradiction(cell) > self.contradictory
     }
 }
 
@@ -114,7 +114,8 @@ mod tests {
         assert_eq!(crisp(0.2, 0.6), Occupancy::Occupied);
         assert_eq!(crisp(0.7, 0.6), Occupancy::Free);
         assert_eq!(crisp(0.6, 0.6), Occupancy::Unknown);
-        assert!(CrispOptions::default().is_contradictory(Fuzzy { empty: 0.6, occupied: 0.6 }));
+        let contradictory = |empty, occupied| CrispOptions::default().is_contradictory(Fuzzy { empty, occupied });
+        assert!(contradictory(0.6, 0.6) && !contradictory(0.6, 0.1) && !contradictory(0.1, 0.1));
     }
 
     #[test]
@@ -125,5 +126,10 @@ mod tests {
         assert!(occupancy(&grid, &CrispOptions::default()).cells().iter().all(|&cell| cell == Occupancy::Unknown));
         let crisp = occupancy(&grid, &CrispOptions::for_map(&grid));
         assert_eq!(crisp.cells(), [Occupancy::Free, Occupancy::Occupied, Occupancy::Unknown]);
+        let balanced = Fuzzy { empty: 0.12, occupied: 0.12 };
+        assert!(
+            CrispOptions::for_map(&grid).is_contradictory(balanced)
+                && !CrispOptions::default().is_contradictory(balanced)
+        );
     }
 }

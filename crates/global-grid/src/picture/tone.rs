@@ -1,31 +1,19 @@
 use local_grid::Fuzzy;
 
 use super::Rgb;
-use crate::Exposure;
+use crate::exposure::{Exposure, balance};
 
 pub(super) const EMPTY: Rgb = [255, 255, 255];
 pub(super) const OCCUPIED: Rgb = [16, 24, 32];
 pub(super) const CONTRADICTORY: Rgb = [236, 112, 20];
 pub(super) const UNEXPLORED: Rgb = [158, 172, 188];
 
-/// Shares of occupied evidence at which a cell is drawn as empty, contradictory and occupied.
-const STOPS: [(f32, Rgb); 3] = [(0.3, EMPTY), (0.5, CONTRADICTORY), (0.65, OCCUPIED)];
-
 /// The colour of a cell: how much evidence there is tells it from unexplored ground, and the share of occupied evidence
 /// makes it white, orange where both sides are balanced, or black.
 pub(super) fn color_of(exposure: Exposure, cell: Fuzzy) -> Rgb {
-    let (e, o) = exposure.nats(cell);
-    let known = -(-e - o).exp_m1();
-    let share = if e + o > 0.0 { o / (e + o) } else { 0.0 };
-    mix(UNEXPLORED, hue(share), known)
-}
-
-/// White, orange or black, and what lies between.
-fn hue(share: f32) -> Rgb {
-    let between = |(from, first): (f32, Rgb), (to, last): (f32, Rgb)| {
-        (share < to).then(|| mix(first, last, ((share - from) / (to - from)).clamp(0.0, 1.0)))
-    };
-    between(STOPS[0], STOPS[1]).or_else(|| between(STOPS[1], STOPS[2])).unwrap_or(OCCUPIED)
+    let (known, share) = exposure.known_and_share(cell);
+    let side = if share < 0.5 { EMPTY } else { OCCUPIED };
+    mix(UNEXPLORED, mix(side, CONTRADICTORY, balance(share)), known)
 }
 
 /// `from` at 0, `to` at 1.

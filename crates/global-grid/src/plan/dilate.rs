@@ -69,12 +69,12 @@ pub(super) fn worst(grid: &FuzzyGrid, (row, column): (usize, usize), options: &P
             let cell = row.checked_add_signed(dy).zip(column.checked_add_signed(dx));
             let found = match cell.and_then(|(row, column)| grid.get(row, column)) {
                 None => (unexplored_unsafety(options), Reason::Unexplored),
-                Some(&cell) => {
-                    let cell = options.exposure.of_cell(cell);
+                Some(&measured) => {
+                    let cell = options.exposure.of_cell(measured);
                     let sets = derive(cell, options.norm);
                     let reason = if sets.indeterminate > 0.5 {
                         Reason::Unexplored
-                    } else if cell.empty * cell.occupied > 0.25 {
+                    } else if options.exposure.contradiction(measured) > 0.5 {
                         Reason::Contradictory
                     } else if cell.occupied > cell.empty {
                         Reason::Occupied
