@@ -1,6 +1,7 @@
 //! Paths over the fuzzy map that keep to safe ground.
 
 mod dilate;
+mod driven;
 mod search;
 
 use local_grid::nalgebra::Point2;
@@ -29,6 +30,12 @@ pub struct PlanOptions {
     pub exposure: Exposure,
     /// Whether cells of which next to nothing is known may be entered, at the cost of unsafe ones.
     pub through_unexplored: bool,
+    /// Where the centre of a robot no smaller than `radius` has been, in the order in which it drove, in metres.
+    ///
+    /// What its body swept is safe, whatever lies within the margin and whatever readings say: such cells count as unsafe by
+    /// one half at most, unless they are clearly occupied themselves. Sonar blurs the posts of doors, which would be closed
+    /// without this. Empty to trust the map alone.
+    pub driven: Vec<Point2<f64>>,
 }
 
 impl Default for PlanOptions {
@@ -41,6 +48,7 @@ impl Default for PlanOptions {
             norm: Norm::Product,
             exposure: Exposure::default(),
             through_unexplored: false,
+            driven: Vec::new(),
         }
     }
 }
@@ -173,7 +181,7 @@ impl PlanOptions {
 /// The planner's map: how unsafe it is to have the robot's centre in each cell.
 ///
 /// The unsafe set `M` grown by a disc of the robot's radius and margin: the largest unsafety of any cell whose centre
-/// lies within them. What lies beyond the map is unexplored.
+/// lies within them. What lies beyond the map is unexplored. Where the robot [has been](PlanOptions::driven) it fits.
 ///
 /// # Errors
 ///
@@ -186,7 +194,9 @@ pub fn unsafety(grid: &FuzzyGrid, options: &PlanOptions) -> Result<Grid<f32>, Pl
         // An unexplored cell may be allowed, but costs as much as anything that is allowed.
         if sets.indeterminate > 0.5 { sets.unsafety.min(floor) } else { sets.unsafety }
     });
-    Ok(dilate(&own, options.radius + options.margin, floor))
+    let mut grown = dilate(&own, options.radius + options.margin, floor);
+    driven::trust(&mut grown, grid, options);
+    Ok(grown)
 }
 
 /// How unsafe a cell counts of which nothing is known.

@@ -536,6 +536,13 @@ impl Mapper {
         self.trajectory.corrected(|place| self.coordinates.map_from_place(place))
     }
 
+    /// Where the robot has been, in order, in metres: ground that its body swept, for
+    /// [`PlanOptions::driven`](global_grid::plan::PlanOptions::driven).
+    #[must_use]
+    pub fn driven(&self) -> Vec<Point2<f64>> {
+        self.poses().iter().map(|pose| pose.translation.vector.into()).collect()
+    }
+
     /// The robot in the map, now.
     #[must_use]
     pub fn map_from_robot(&self) -> Isometry2<f64> {

@@ -1,8 +1,11 @@
-use global_grid::plan::{PlanOptions, plan};
+use global_grid::Exposure;
+use global_grid::plan::{PlanOptions, costs_from, plan, unsafety};
 use hierarchy::local_grid::{Fuzzy, FuzzyGrid, Grid, GridFrame};
-use hierarchy::{Planner, RouteError, regions};
+use hierarchy::{Config, Planner, RouteError, regions};
 use nalgebra::Point2;
 use region_map::RegionMap;
+
+use crate::logs::{map, office_loop};
 
 /// A corridor of 20 × 2 m with four rooms of 4.8 × 4 m on either side, doors of 1 m; the first two rooms on the left are
 /// joined by a door of their own.
@@ -81,4 +84,25 @@ fn a_start_beside_all_regions_is_planned_over_all_cells() {
     let found = Planner::new(&grid, &map, &options).unwrap().plan(start, goal).unwrap();
     assert_eq!(found.path, plan(&grid, start, goal, &options).unwrap());
     assert!(found.regions.is_empty());
+}
+
+#[test]
+fn wherever_the_robot_has_been_it_can_go_again() {
+    let mapper = map(&office_loop(), Config::default());
+    let gridmap = mapper.gridmap().unwrap();
+    let alone = PlanOptions { exposure: Exposure::of(&gridmap), ..PlanOptions::default() };
+    let places: Vec<Point2<f64>> = mapper
+        .topology()
+        .places()
+        .iter()
+        .filter(|place| place.is_visited())
+        .map(|place| mapper.coordinates().map_from_place(place.id).translation.vector.into())
+        .collect();
+    let reached = |options: &PlanOptions| {
+        let costs = costs_from(&unsafety(&gridmap, options).unwrap(), places[0], options).unwrap();
+        places.iter().filter(|&&place| costs.at(place).is_some_and(|cost| cost.is_finite())).count()
+    };
+    let (before, after) = (reached(&alone), reached(&PlanOptions { driven: mapper.driven(), ..alone.clone() }));
+    assert!(before < places.len(), "the sonar's blur closes doors");
+    assert_eq!(after, places.len(), "{before} without its own tracks");
 }

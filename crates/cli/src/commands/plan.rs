@@ -43,6 +43,9 @@ pub(crate) struct PlanArgs {
     /// Ground more unsafe than this, of 0 to 1, is never entered
     #[arg(long, value_name = "M", default_value_t = PlanOptions::default().forbidden)]
     forbidden: f64,
+    /// The radius in metres of the robot that drove the run: one no larger fits where it has been. 0 trusts the map alone
+    #[arg(long, value_name = "M", default_value_t = PlanOptions::default().radius)]
+    driven_radius: f64,
     /// Go through unexplored ground, too
     #[arg(long)]
     through_unexplored: bool,
@@ -145,6 +148,8 @@ fn of_map(
 /// The path through the regions of a run.
 fn of_run(args: &PlanArgs, grid: &FuzzyGrid, options: &PlanOptions) -> Result<Found, Failure> {
     let mut mapper = session::load(&args.map)?;
+    let driven = if args.radius <= args.driven_radius { mapper.driven() } else { Vec::new() };
+    let options = &PlanOptions { driven, ..options.clone() };
     let map = mapper.survey(grid).map_err(|error| Failure::rejected(&args.map, "regions.map", &error))?;
     let (from, to) = (resolve(&args.from, &mapper, &map)?, resolve(&args.to, &mapper, &map)?);
     let planner = Planner::new(grid, &map, options).map_err(|error| failure(&error))?;
