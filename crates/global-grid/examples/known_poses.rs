@@ -58,7 +58,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let map = map.ok_or("nothing was built")?;
     let readings: usize = scans.iter().map(|(_, scan)| scan.readings().len()).sum();
     let per = ms * 1e6 / to_f64(readings);
-    println!("{{\"kind\":\"{kind}\",\"readings\":{readings},\"ms\":{ms:.3},\"ns_per_reading\":{per:.1}}}");
+    let bytes = map.cell_bytes();
+    println!(
+        "{{\"kind\":\"{kind}\",\"readings\":{readings},\"ms\":{ms:.3},\"ns_per_reading\":{per:.1},\"cell_bytes\":{bytes}}}"
+    );
     write_gray(&map, sonar, &format!("{out}.pgm"))?;
     write_picture(&map.to_grid()?, std::fs::File::create(format!("{out}.png"))?)?;
     Ok(())

@@ -1,4 +1,4 @@
-use crate::plane::{Plane, SHIFT, Tile, TileKey, place};
+use crate::plane::{Plane, SHIFT, TILE, Tile, TileKey, place, within};
 use crate::window::Window;
 
 /// What a cell of one byte cannot hold goes over in amounts of this.
@@ -41,6 +41,37 @@ impl Counts {
                 }
                 next = cells.next();
             }
+        }
+    }
+
+    /// As [`Counts::add_upward`] for the cells of `count` rows that follow a straight line.
+    pub(crate) fn add_line(&mut self, window: &mut Window, (mut row, count): (i32, usize), mut line: Line, by: i8) {
+        let mut left = count;
+        while left > 0 {
+            let now = left.min(TILE - within(row));
+            let (first, last) = (line.column(0), line.column(now - 1));
+            if (first ^ last) >> SHIFT == 0 {
+                let tile = window.tile(&mut self.small, row, window.tile_column(first));
+                let (rows, _) = tile[place(row, 0)..].as_chunks_mut::<TILE>();
+                for (cells, row) in rows.iter_mut().take(now).zip(row..) {
+                    let column = line.column(0);
+                    let over;
+                    (cells[within(column)], over) = cells[within(column)].overflowing_add(by);
+                    if over {
+                        carry(&mut self.carried, (row, column), by);
+                    }
+                    line.step();
+                }
+            } else {
+                let columns = (0..now).map(|_| {
+                    let column = line.column(0);
+                    line.step();
+                    column
+                });
+                self.add_upward(window, row, columns, by);
+            }
+            row += i32::try_from(now).expect("at most the rows of a tile");
+            left -= now;
         }
     }
 
@@ -98,6 +129,38 @@ impl Counts {
         blank.sort_unstable();
         self.carried.retain(|key, tile| blank.binary_search(&key).is_err() && tile.iter().any(|&carried| carried != 0));
     }
+}
+
+/// A straight line over the columns of rows, from row to row upward: numbers with 32 binary places.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Line {
+    column: i64,
+    slope: i64,
+}
+
+impl Line {
+    /// The line that starts `offset` columns (a fraction) to the right of `column` and moves by `slope` from row to row.
+    pub(crate) fn new(column: i32, offset: f32, slope: f32) -> Self {
+        Self { column: (i64::from(column) << 32) + fixed(offset), slope: fixed(slope) }
+    }
+
+    /// The column some rows on.
+    #[inline]
+    fn column(&self, rows: usize) -> i32 {
+        let rows = i64::try_from(rows).expect("few rows");
+        (self.column.wrapping_add(rows.wrapping_mul(self.slope)) >> 32) as i32
+    }
+
+    #[inline]
+    fn step(&mut self) {
+        self.column = self.column.wrapping_add(self.slope);
+    }
+}
+
+/// A number with 32 binary places.
+#[expect(clippy::cast_possible_truncation, reason = "saturates; a line of more than one row is no flatter than a beam")]
+fn fixed(x: f32) -> i64 {
+    (x * 4_294_967_296.0) as i64
 }
 
 /// Notes what a cell that took in one more than it can hold lacks now.

@@ -2,7 +2,7 @@ use local_grid::{LaserRay, RangeSensor, Reading, Scan, SensorKind, SensorModel};
 use nalgebra::{Isometry2, Vector2};
 
 use crate::cone::nearest;
-use crate::counts::Counts;
+use crate::counts::{Counts, Line};
 use crate::draw::Direction;
 use crate::window::Window;
 
@@ -71,6 +71,8 @@ fn unit(bearing: f64) -> [f32; 2] {
 pub(crate) struct FanPen {
     corners: Vec<[f32; 2]>,
     echoes: Vec<[f32; 2]>,
+    /// The farthest of them, in cells from the apex.
+    reach: f32,
     cleared: Window,
     hit: Window,
 }
@@ -114,38 +116,50 @@ impl FanPen {
         scan: &Scan,
     ) {
         let (re, im) = (single(turn.re), single(turn.im));
+        let turned = |[dx, dy]: [f32; 2]| [re * dx - im * dy, im * dx + re * dy];
         let (x, y) = (single(within.x), single(within.y));
-        let at = |[dx, dy]: [f32; 2], radius: f32| [x + radius * (re * dx - im * dy), y + radius * (im * dx + re * dy)];
+        let at = |[dx, dy]: [f32; 2], radius: f32| [x + radius * dx, y + radius * dy];
         self.corners.clear();
         self.echoes.clear();
+        self.reach = 0.0;
         self.corners.push([x, y]);
         let n = fan.beams.len();
         let readings = scan.readings();
-        for (k, (beam, borders)) in fan.beams.iter().zip(fan.borders.windows(2)).enumerate() {
+        let mut right = turned(fan.borders[0]);
+        for (k, (beam, left)) in fan.beams.iter().zip(&fan.borders[1..]).enumerate() {
             let reading = readings[if fan.clockwise { n - 1 - k } else { k }];
             let (radius, echo) = reach(model, scan.sensor(), reading, resolution);
-            self.corners.push(at(borders[0], radius));
-            self.corners.push(at(borders[1], radius));
-            if let Some(radius) = echo {
-                self.echoes.push(at(*beam, radius));
+            let left = turned(*left);
+            self.corners.extend([at(right, radius), at(left, radius)]);
+            right = left;
+            if let Some(range) = echo {
+                self.echoes.push(at(turned(*beam), range));
             }
+            let farthest = echo.unwrap_or(radius);
+            self.reach = if farthest > self.reach { farthest } else { self.reach };
         }
+    }
+
+    /// Cells around all that a scan of the apex' cell can touch.
+    fn around(&self, cell: (i32, i32)) -> ((i32, i32), (i32, i32)) {
+        let reach = nearest(self.reach) + 2;
+        ((cell.0 - reach, cell.1 - reach), (cell.0 + reach, cell.1 + reach))
     }
 
     /// Clears the inside of the polygon, `one` being what a scan counts.
     fn clear(&mut self, cleared: &mut Counts, cell: (i32, i32), one: i8) {
-        let (low, high) = bounds(&self.corners);
-        self.cleared.open_near((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
+        let (low, high) = self.around(cell);
+        self.cleared.open_near(low, high);
         let mut from = self.corners[self.corners.len() - 1];
         for &to in &self.corners {
             let (first, last) = (nearest(from[1]), nearest(to[1]));
             // Going up, the inside lies to the left and ends here; going down, it begins.
-            if first < last {
-                let edge = Edge::new(from, to, (first, cell.1)).take(index(last - first));
-                cleared.add_upward(&mut self.cleared, cell.0 + first, edge, -one);
-            } else if last < first {
-                let edge = Edge::new(from, to, (last, cell.1)).take(index(first - last));
-                cleared.add_upward(&mut self.cleared, cell.0 + last, edge, one);
+            let (rows, one) = if first < last { ((first, last), -one) } else { ((last, first), one) };
+            if rows.0 < rows.1 {
+                let slope = (to[0] - from[0]) / (to[1] - from[1]);
+                let start = from[0] + (middle(rows.0) - from[1]) * slope + 0.5; // cells from there on lie to the right
+                let line = Line::new(cell.1, start, slope);
+                cleared.add_line(&mut self.cleared, (cell.0 + rows.0, index(rows.1 - rows.0)), line, one);
             }
             from = to;
         }
@@ -156,8 +170,8 @@ impl FanPen {
         if self.echoes.is_empty() {
             return;
         }
-        let (low, high) = bounds(&self.echoes);
-        self.hit.open_near((cell.0 + low[1], cell.1 + low[0]), (cell.0 + high[1], cell.1 + high[0]));
+        let (low, high) = self.around(cell);
+        self.hit.open_near(low, high);
         let mut last = None;
         for [x, y] in &self.echoes {
             let (column, row) = (cell.1 + nearest(x - 0.5), cell.0 + nearest(y - 0.5));
@@ -166,41 +180,6 @@ impl FanPen {
             }
         }
     }
-}
-
-/// The first columns whose middles lie to the right of an edge, row by row upward: numbers with 32 binary places.
-struct Edge {
-    column: i64,
-    slope: i64,
-}
-
-impl Edge {
-    /// The edge between two points; `row` is where it starts, and `column` is added to all columns.
-    fn new(from: [f32; 2], to: [f32; 2], (row, column): (i32, i32)) -> Self {
-        let slope = (to[0] - from[0]) / (to[1] - from[1]);
-        let start = from[0] + (middle(row) - from[1]) * slope;
-        Self { column: (i64::from(column) << 32) + fixed(start + 0.5), slope: fixed(slope) }
-    }
-}
-
-impl Iterator for Edge {
-    type Item = i32;
-
-    #[inline]
-    fn next(&mut self) -> Option<i32> {
-        let column = (self.column >> 32) as i32;
-        self.column = self.column.wrapping_add(self.slope);
-        Some(column)
-    }
-}
-
-/// A number with 32 binary places.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "saturates; an edge of more than one row is no flatter than a beam"
-)]
-fn fixed(x: f32) -> i64 {
-    (x * 4_294_967_296.0) as i64
 }
 
 /// How far a beam clears, and how far off its echo is, in cells.
@@ -213,18 +192,6 @@ fn reach(model: &LaserRay, sensor: &RangeSensor, reading: Reading, resolution: f
         Some(sounding) => (single(sounding.range / resolution), None),
         None => (0.0, None),
     }
-}
-
-/// The lowest and highest cells (column, row) around points, with one to spare.
-fn bounds(points: &[[f32; 2]]) -> ([i32; 2], [i32; 2]) {
-    let (mut low, mut high) = (points[0], points[0]);
-    for point in points {
-        for axis in 0..2 {
-            low[axis] = if point[axis] < low[axis] { point[axis] } else { low[axis] };
-            high[axis] = if point[axis] > high[axis] { point[axis] } else { high[axis] };
-        }
-    }
-    (low.map(|at| nearest(at) - 1), high.map(|at| nearest(at) + 1))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a footprint is a few thousand cells")]
