@@ -56,20 +56,23 @@ int main(int argc, char** argv) {
       scans.push_back(o);
     }
   }
-  std::vector<double> times; std::vector<unsigned char> image; const int w = 450, h = 350;
+  std::vector<double> times, whole; std::vector<unsigned char> image; const int w = 450, h = 350;
   for (int repeat = 0; repeat < std::atoi(argv[3]); ++repeat) {
+    const double before = cpu_ms();  // its grid is laid out, and its memory touched, ahead of the readings
     mrpt::maps::COccupancyGridMap2D map(x0 - margin, x1 + margin, y0 - margin, y1 + margin, resolution);
     map.insertionOptions.maxDistanceInsertion = farthest; map.insertionOptions.considerInvalidRangesAsFreeSpace = false;
     const double start = cpu_ms();
     for (size_t k = 0; k < rows.size(); ++k) if (sonar) map.insertObservation(cones[k], poses[k]); else map.insertObservation(scans[k], poses[k]);
-    times.push_back(cpu_ms() - start);
+    times.push_back(cpu_ms() - start); whole.push_back(cpu_ms() - before);
     image.assign(w * h, 205);
     for (int r = 0; r < h; ++r) for (int c = 0; c < w; ++c) { const float q = map.getPos((c + .5) * resolution, (r + .5) * resolution);
       if (std::fabs(q - 0.5f) > 1e-3) image[(h - 1 - r) * w + c] = std::lround(254 * q); }
   }
-  std::sort(times.begin(), times.end()); const double ms = times[times.size() / 2];
+  std::sort(times.begin(), times.end()); std::sort(whole.begin(), whole.end());
+  const double ms = times[times.size() / 2], with_map = whole[whole.size() / 2];
   std::FILE* out = std::fopen(argv[4], "wb");
   if (sonar && out) { std::fprintf(out, "P5\n%d %d\n255\n", w, h); std::fwrite(image.data(), 1, image.size(), out); }
   if (out) std::fclose(out);
-  std::printf("{\"peer\":\"mrpt\",\"kind\":\"%s\",\"readings\":%zu,\"ms\":%.3f,\"ns_per_reading\":%.1f}\n", argv[1], readings, ms, ms * 1e6 / readings);
+  std::printf("{\"peer\":\"mrpt\",\"kind\":\"%s\",\"readings\":%zu,\"ms\":%.3f,\"ns_per_reading\":%.1f,\"ms_with_its_grid\":%.3f}\n",
+              argv[1], readings, ms, ms * 1e6 / readings, with_map);
 }

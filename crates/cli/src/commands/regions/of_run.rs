@@ -26,7 +26,11 @@ pub(super) fn run(args: &RegionsArgs, stored: &Path, context: &Context) -> Resul
         context.warn(&format!("the name `{lost}` has no region of its own at present; it is kept"));
     }
     let changed = change(args, &mut mapper, &mut map)?;
-    let floor = Floor { free: hierarchy::floor(&gridmap, &mapper.poses()), unknown: None, map_from_grid: Isometry2::identity() };
+    let floor = Floor {
+        free: hierarchy::floor(&gridmap, &mapper.poses()),
+        unknown: None,
+        map_from_grid: Isometry2::identity(),
+    };
     let written = match &args.out {
         Some(out) => write(out, args.force, &map, &floor)?,
         None if changed => write(&args.map, true, &map, &floor)?,
