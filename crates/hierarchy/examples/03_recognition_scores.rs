@@ -13,7 +13,7 @@ use std::io::BufReader;
 use std::time::Instant;
 
 use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
-use hierarchy::{Config, Mapper, Verdict};
+use hierarchy::{Closure, Config, Mapper, Verdict};
 use nalgebra::Isometry2;
 use robot_log::{CarmenOptions, Clock, Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
 use simulator::{Drift, OdometryModel};
@@ -127,12 +127,17 @@ fn wrong_closures(mapper: &Mapper, truth: &TimedPath) -> usize {
         Some(truth.at(anchor.stamp)? * anchor.place_from_robot.inverse())
     };
     let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
-    let wrong = |closure: &&hierarchy::Closure| {
+    let wrong = |closure: &&Closure| {
         let (Some(place), Some(known)) = (at(closure.place), at(closure.known)) else { return false };
         let off = place.inv_mul(&known).translation.vector - closure.displacement.vector;
         let chi2 =
             closure.displacement.covariance.try_inverse().map_or(f64::INFINITY, |i| (off.transpose() * i * off)[0]);
-        off.norm() > 0.5 && chi2 > 13.8
+        let wrong = off.norm() > 0.5 && chi2 > 13.8;
+        if wrong {
+            let Closure { place, known, score, verdict, .. } = closure;
+            println!("  {place} is not {known}: {:.2} m off, χ² {chi2:.1}, score {score:.2}, {verdict}", off.norm());
+        }
+        wrong
     };
     accepted.filter(wrong).count()
 }

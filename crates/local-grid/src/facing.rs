@@ -28,15 +28,23 @@ pub fn facing(view: &Signature) -> Option<Matrix2<f64>> {
     (sum.trace() >= LEAST_SURFACE).then(|| sum / sum.trace())
 }
 
-/// The covariance, in m², of what aligning `view` by its sonar echoes cannot know, to be added to the alignment's own.
+/// The covariance, in m², of what aligning `view` by its sonar echoes cannot know where it was heard from one spot, to be
+/// added to the alignment's own.
 #[must_use]
 pub fn unseen_by_sonar(view: &Signature) -> Matrix2<f64> {
-    let Some(facing) = facing(view) else { return Matrix2::identity() * UNKNOWN.powi(2) };
+    hidden_from_sonar(view) * UNKNOWN.powi(2)
+}
+
+/// The axes along which sonars cannot tell where a view was taken: `Σ b a aᵀ` over the axes `a` of [`facing`], with `b`
+/// between 0 (well seen) and 1 (no surface faces into it).
+#[must_use]
+pub fn hidden_from_sonar(view: &Signature) -> Matrix2<f64> {
+    let Some(facing) = facing(view) else { return Matrix2::identity() };
     let eigen = facing.symmetric_eigen();
     (0..2).fold(Matrix2::zeros(), |sum, axis| {
         let blindness = ((SEEN - eigen.eigenvalues[axis]) / (SEEN - UNSEEN)).clamp(0.0, 1.0);
         let along = eigen.eigenvectors.column(axis);
-        sum + along * along.transpose() * (blindness * UNKNOWN.powi(2))
+        sum + along * along.transpose() * blindness
     })
 }
 
