@@ -22,6 +22,7 @@ pub(crate) mod reproduce;
 pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod simulate;
+pub(crate) mod view;
 
 /// One command each: its arguments, declared in its own file.
 #[derive(Debug, Subcommand)]
@@ -43,6 +44,7 @@ pub(crate) enum Command {
     Reproduce(reproduce::ReproduceArgs),
     Regions(regions::RegionsArgs),
     Report(report::ReportArgs),
+    View(view::ViewArgs),
     Config(config::ConfigArgs),
     Completions(completions::CompletionsArgs),
     Man(completions::ManArgs),
@@ -69,6 +71,7 @@ impl Command {
             Self::Reproduce(args) => reproduce::run(args, context),
             Self::Regions(args) => regions::run(args, context),
             Self::Report(args) => report::run(args, context),
+            Self::View(args) => view::run(args, context),
             Self::Config(args) => config::run(args, context),
             Self::Completions(args) => completions::run(args, context),
             Self::Man(args) => completions::man(args, context),

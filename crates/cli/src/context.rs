@@ -18,6 +18,8 @@ pub(crate) struct Context {
     pub(crate) json: bool,
     quiet: bool,
     color: bool,
+    /// Whether results may be painted.
+    paints: bool,
     progress: Progress,
     /// What the user was warned of, also where it was not shown.
     warnings: RefCell<Vec<String>>,
@@ -27,11 +29,12 @@ impl Context {
     /// The manners that the arguments ask for; starts the log of the program itself.
     pub(crate) fn new(global: &Global) -> Self {
         let terminal = io::stderr().is_terminal();
-        let color = match global.color {
+        let colored = |terminal: bool| match global.color {
             ColorChoice::Always => true,
             ColorChoice::Never => false,
             ColorChoice::Auto => terminal && colors_wanted(),
         };
+        let (color, paints) = (colored(terminal), colored(io::stdout().is_terminal()));
         let style = match global.progress {
             _ if global.quiet => ProgressStyle::None,
             ProgressStyle::Auto if !terminal => ProgressStyle::None,
@@ -42,6 +45,7 @@ impl Context {
             json: global.json,
             quiet: global.quiet,
             color,
+            paints,
             progress: Progress::new(style),
             warnings: RefCell::default(),
         }
@@ -86,10 +90,20 @@ impl Context {
         self.warnings.borrow().clone()
     }
 
+    /// Whether pictures on standard output may have colors.
+    pub(crate) fn paints(&self) -> bool {
+        self.paints
+    }
+
+    /// Whether somebody sits at the terminal.
+    pub(crate) fn is_watched(&self) -> bool {
+        io::stdout().is_terminal() && io::stderr().is_terminal()
+    }
+
     /// The same manners, but silent: for work that is done a second time.
     pub(crate) fn silent(&self) -> Self {
         let progress = Progress::new(ProgressStyle::None);
-        Self { json: self.json, quiet: true, color: self.color, progress, warnings: RefCell::default() }
+        Self { json: self.json, quiet: true, color: self.color, paints: false, progress, warnings: RefCell::default() }
     }
 
     /// Shows why the command ended.

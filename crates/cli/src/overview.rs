@@ -7,7 +7,7 @@ use crate::args::Cli;
 /// The commands by what they are for; what is in none of these groups is listed at the end.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("make a map", &["run", "resume", "demo", "simulate", "reproduce"]),
-    ("look at it", &["explain", "inspect", "evaluate", "compare", "report"]),
+    ("look at it", &["explain", "inspect", "evaluate", "compare", "report", "view"]),
     ("change it", &["edit", "grid", "regions", "relax"]),
     ("use it", &["export", "plan", "convert"]),
     ("set up", &["config", "completions", "man"]),

@@ -69,6 +69,21 @@ fn topological_navigation_finds_what_its_schema_asks_for() {
 }
 
 #[test]
+fn gtsam_finds_the_same_energy_in_the_graph() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("poses");
+    // Without a compass headings are unknown as well, and the graph is one of poses; a loop closed by hand strains it.
+    topogrid().args(["demo", "--heading", "odometry", "-o"]).arg(&out).assert().success();
+    topogrid().arg("edit").arg(&out).args(["add-link", "88-0", "--by", "0,0"]).assert().success();
+    let Some(seen) = read("g2o", &out.join("topology.g2o")) else { return };
+    let metrics = demo::metrics(&out);
+    let links = metrics["links"]["traveled"].as_u64().unwrap() + metrics["links"]["recognized"].as_u64().unwrap();
+    assert_eq!((&seen["poses"], seen["edges"].as_u64()), (&metrics["places"], Some(links)));
+    let (theirs, ours) = (seen["chi2"].as_f64().unwrap(), metrics["relaxation"]["energy_after"].as_f64().unwrap());
+    assert!(ours > 1.0 && (theirs / ours - 1.0).abs() < 0.02, "{theirs} and {ours}");
+}
+
+#[test]
 fn networkx_finds_a_connected_graph() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("office.dot");

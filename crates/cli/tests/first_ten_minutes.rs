@@ -109,6 +109,33 @@ fn minute_9_a_broken_line_is_shown_with_field_and_column() {
 }
 
 #[test]
+fn all_faults_of_a_log_are_told_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let broken = folder.path().join("broken.log");
+    let text = std::fs::read_to_string(log()).unwrap();
+    let mut faults = 0;
+    let spoilt = text.lines().map(|line| match line.split_once(' ') {
+        Some(("ODOM", rest)) if faults < 14 => {
+            faults += 1;
+            if faults % 2 == 0 { format!("ODOM x{rest}\n") } else { "ODOM 1 2\n".to_owned() }
+        }
+        _ => format!("{line}\n"),
+    });
+    std::fs::write(&broken, spoilt.collect::<String>()).unwrap();
+    let told = topogrid().arg("inspect").arg(&broken).assert().code(3).stdout("");
+    let text = String::from_utf8(told.get_output().stderr.clone()).unwrap();
+    assert_eq!(text.matches("broken.log:").count(), 10, "{text}");
+    assert!(text.contains("and 4 more") && text.contains("in all"), "{text}");
+    assert!(text.lines().count() <= 24, "{text}");
+    let told =
+        topogrid().arg("run").arg(&broken).args(["--json", "-o"]).arg(folder.path().join("out")).assert().code(3);
+    let error: serde_json::Value = serde_json::from_slice(&told.get_output().stderr).unwrap();
+    assert_eq!(error["error"]["others"].as_array().unwrap().len(), 9, "{error}");
+    let kinds = error["error"]["kinds"].as_object().unwrap();
+    assert_eq!(kinds.values().map(|count| count.as_u64().unwrap()).sum::<u64>(), 14, "{error}");
+}
+
+#[test]
 fn minute_10_a_second_run_gives_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");

@@ -1,6 +1,7 @@
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 
+use crate::browser::judge;
 use crate::topogrid;
 
 const ROOM: &str =
@@ -105,4 +106,33 @@ fn the_experiment_is_reproduced_with_its_tables_and_figures() {
     assert!(text("fig3-environment.svg").starts_with("<svg") && text("fig4-topology.svg").contains("class=\"place\""));
     assert!(std::fs::read(out.join("fig5-gridmap.png")).unwrap().starts_with(b"\x89PNG"));
     reproduce().assert().code(2).stderr(contains("--force")); // nothing is overwritten unasked
+}
+
+#[test]
+fn the_map_of_an_explorer_is_a_run_with_the_places_that_it_expected() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, log) = (folder.path().join("explored"), folder.path().join("flat.log"));
+    let explored = || {
+        let mut command = topogrid();
+        command.args(["simulate", "flat", "--seed", "3", "--until", "300", "-o"]).arg(&log);
+        command.arg("--run").arg(&out).assert().code(0).stdout(contains("still predicted"));
+        let metrics = crate::demo::metrics(&out);
+        let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+        let data = page.split("id=\"data\">").nth(1).unwrap().split("</script>").next().unwrap().to_owned();
+        let data: serde_json::Value = serde_json::from_str(&data).unwrap();
+        (metrics, data["places"]["state"].as_str().unwrap().to_owned())
+    };
+    let (metrics, states) = explored();
+    let count = |letter: char| states.matches(letter).count() as u64;
+    assert_eq!(metrics["places"].as_u64(), Some(count('v')));
+    assert_eq!(metrics["predicted_places"].as_u64(), Some(count('p')));
+    assert!(count('v') > 5 && count('p') > 0, "{states}");
+    judge("explored.mjs", &[out.join("report.html").to_str().unwrap()]);
+    // What looks at a run looks at this one as well, and a session that is read back has the same places.
+    let again = folder.path().join("again.html");
+    topogrid().arg("report").arg(&out).arg("-o").arg(&again).assert().code(0);
+    assert!(std::fs::read_to_string(again).unwrap() == std::fs::read_to_string(out.join("report.html")).unwrap());
+    topogrid().arg("explain").arg(&out).assert().code(0);
+    topogrid().arg("view").arg(&out).arg("--term").assert().code(0).stdout(contains("# occupied"));
+    topogrid().args(["simulate", "flat", "--tour", "--run"]).arg(&out).assert().code(2);
 }

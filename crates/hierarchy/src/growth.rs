@@ -1,5 +1,7 @@
+use std::collections::BTreeSet;
+
 use nalgebra::{Isometry2, Point2};
-use topo_map::{Link, LinkOrigin, Place, PlaceId, PlaceState, TopoMap};
+use topo_map::{Displacement, Link, LinkOrigin, Place, PlaceId, PlaceState, TopoMap};
 
 use crate::config::RelaxationPolicy;
 use crate::coordinates::Coordinates;
@@ -98,41 +100,51 @@ fn closing(links: &[Link]) -> Vec<bool> {
 /// Mapping done again, without looking at anything but links.
 struct Replay {
     coordinates: Coordinates,
-    places: usize,
+    /// Whether each place that is known of has been put anywhere.
+    placed: Vec<bool>,
     links: usize,
     growth: Growth,
 }
 
 impl Replay {
     fn new<S>(map: &TopoMap<S>) -> Self {
-        let mut replay = Self { coordinates: Coordinates::default(), places: 0, links: 0, growth: Growth::default() };
+        let mut replay =
+            Self { coordinates: Coordinates::default(), placed: Vec::new(), links: 0, growth: Growth::default() };
         if let Some(first) = map.places().first() {
-            replay.coordinates.place(first.id, None);
-            replay.arrived(1);
+            replay.know_of(1);
+            replay.put(first.id, None);
         }
         replay
     }
 
-    /// Takes in links up to `end`, and the places that they lead to.
+    /// Takes in links up to `end`, and the places that they lead to: of an explored map not always the newest.
     fn advance<S>(&mut self, map: &TopoMap<S>, end: usize) {
         for link in &map.links()[self.links..end] {
-            if link.to.index() >= self.places {
-                self.coordinates.place(link.to, Some((link.from, &link.displacement)));
-                self.arrived(link.to.index() + 1);
+            self.know_of(link.from.max(link.to).index() + 1);
+            for (known, new) in [(link.from, link.to), (link.to, link.from)] {
+                if self.placed[known.index()] && !self.placed[new.index()] {
+                    self.put(new, Some((known, &link.displacement_from(known))));
+                }
             }
         }
         self.links = end;
     }
 
-    fn arrived(&mut self, places: usize) {
-        let at = |pose: Isometry2<f64>| Point2::from(pose.translation.vector);
-        let id = |index: usize| PlaceId(u32::try_from(index).expect("places are numbered by 32 bits"));
-        self.growth.arrivals.extend((self.places..places).map(|place| at(self.coordinates.map_from_place(id(place)))));
-        self.places = places;
+    fn know_of(&mut self, places: usize) {
+        if self.placed.len() < places {
+            self.placed.resize(places, false);
+            self.growth.arrivals.resize(places, Point2::origin());
+        }
+    }
+
+    fn put(&mut self, place: PlaceId, seen_from: Option<(PlaceId, &Displacement)>) {
+        self.coordinates.place(place, seen_from);
+        self.placed[place.index()] = true;
+        self.growth.arrivals[place.index()] = self.coordinates.map_from_place(place).translation.vector.into();
     }
 
     fn relax<S>(&mut self, map: &TopoMap<S>, policy: RelaxationPolicy) -> Result<(), MapperError> {
-        let places = map.places()[..self.places].iter().map(without_signature).collect();
+        let places = map.places()[..self.placed.len()].iter().map(plain).collect();
         let part = TopoMap::from_parts(places, map.links()[..self.links].to_vec())?;
         let relaxed = match policy {
             RelaxationPolicy::OneSweep => self.coordinates.sweep(&part)?,
@@ -140,7 +152,8 @@ impl Replay {
         };
         let measured = || part.links().iter().filter(|link| link.is_measured());
         let turns = measured().any(|link| link.displacement.turn.is_some());
-        let loops = (measured().count() + 1).saturating_sub(self.places);
+        let reached: BTreeSet<PlaceId> = measured().flat_map(|link| [link.from, link.to]).collect();
+        let loops = (measured().count() + 1).saturating_sub(reached.len());
         self.growth.relaxations.push(Regrown {
             links: self.links,
             positions: positions(&self.coordinates.padded(&part)),
@@ -153,22 +166,14 @@ impl Replay {
 
     fn finish<S>(mut self, map: &TopoMap<S>, n_relaxations: usize) -> Growth {
         self.advance(map, map.links().len());
-        self.arrived(map.places().len());
+        self.know_of(map.places().len());
         Growth { n_relaxations, ..self.growth }
     }
 }
 
-/// The place alone; what it is recognised by does not matter here.
-fn without_signature<S>(place: &Place<S>) -> Place<()> {
-    let state = match place.state {
-        PlaceState::Predicted { seen_from, toward, confidence } => {
-            PlaceState::Predicted { seen_from, toward, confidence }
-        }
-        PlaceState::Visited { .. } => PlaceState::Visited { signature: () },
-        PlaceState::Refuted => PlaceState::Refuted,
-        PlaceState::Merged { into, offset } => PlaceState::Merged { into, offset },
-    };
-    Place { id: place.id, state, visits: place.visits }
+/// The place alone: what it is recognised by does not matter here, nor what became of it later.
+fn plain<S>(place: &Place<S>) -> Place<()> {
+    Place { id: place.id, state: PlaceState::Visited { signature: () }, visits: place.visits }
 }
 
 fn positions(poses: &[Isometry2<f64>]) -> Vec<Point2<f64>> {

@@ -201,3 +201,51 @@ impl StoredView {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Isometry2;
+    use robot_log::{Entry, EntryKind};
+    use topo_map::Displacement;
+
+    use super::*;
+    use crate::Config;
+    use crate::eyes::touch;
+
+    #[test]
+    fn what_became_of_every_place_is_kept() {
+        let mut mapper = Mapper::new(Config::default()).unwrap();
+        let scan = EntryKind::Scan { odom_from_robot: Some(Isometry2::identity()), scan: touch() };
+        mapper.follow(&Entry { stamp: 0.0, kind: scan }).unwrap();
+        let view = mapper.view(0.0).unwrap();
+        let (map, coordinates, _) = mapper.charted();
+        let step = |x: f64, y: f64| Displacement::isotropic(Vector2::new(x, y), 0.01);
+        let first = map.add_place(view.clone()).unwrap();
+        let second = map.add_place(view).unwrap();
+        map.travel(first, second, step(1.0, 0.0)).unwrap();
+        let (expected, _) = map.predict_place(first, step(0.0, 1.0), 0.7).unwrap();
+        let (refuted, _) = map.predict_place(first, step(0.0, -1.0), 0.6).unwrap();
+        map.refute(refuted).unwrap();
+        map.merge(second, first, Vector2::new(0.2, 0.1)).unwrap();
+        coordinates.settle(map, &[]);
+        let mut bytes = Vec::new();
+        mapper.save(&mut bytes).unwrap();
+        let read = Mapper::load(&mut bytes.as_slice()).unwrap();
+        for (then, now) in mapper.topology().places().iter().zip(read.topology().places()) {
+            let plain = |state: &PlaceState<_>| format!("{:?}", stored(state));
+            assert_eq!((plain(&then.state), then.visits), (plain(&now.state), now.visits));
+        }
+        assert!(read.topology().places()[expected.index()].is_predicted());
+        assert_eq!(read.coordinates().positions(), mapper.coordinates().positions());
+    }
+
+    /// A state without what a place is recognised by.
+    fn stored<S>(state: &PlaceState<S>) -> Option<String> {
+        Some(match state {
+            PlaceState::Visited { .. } => return None,
+            PlaceState::Predicted { seen_from, toward, confidence } => format!("{seen_from} {toward:?} {confidence}"),
+            PlaceState::Refuted => "refuted".into(),
+            PlaceState::Merged { into, offset } => format!("{into} {offset:?}"),
+        })
+    }
+}

@@ -23,7 +23,7 @@ pub enum WriteError {
     },
 }
 
-/// Writes `graph` in g2o syntax, plain: poses, points, fixed ids, then edges. [`read`](super::read) gives the same graph back,
+/// Writes `graph` in g2o syntax, plain: poses, points, edges, then fixed ids. [`read`](super::read) gives the same graph back,
 /// except for what it had skipped.
 ///
 /// # Errors
@@ -37,14 +37,14 @@ pub fn write(graph: &Graph, out: &mut impl Write) -> Result<(), WriteError> {
         write!(out, "VERTEX_XY {}", vertex.id)?;
         numbers(out, &[vertex.position.x, vertex.position.y])?;
     }
-    for id in &graph.fixed {
-        writeln!(out, "FIX {id}")?;
-    }
     for edge in &graph.pose_edges {
         pose_edge(out, "EDGE_SE2", edge, edge.information)?;
     }
     for edge in &graph.point_edges {
         point_edge(out, edge)?;
+    }
+    for id in &graph.fixed {
+        writeln!(out, "FIX {id}")?; // last: GTSAM reads no further than that
     }
     Ok(())
 }
