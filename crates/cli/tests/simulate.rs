@@ -114,7 +114,7 @@ fn the_map_of_an_explorer_is_a_run_with_the_places_that_it_expected() {
     let (out, log) = (folder.path().join("explored"), folder.path().join("flat.log"));
     let explored = || {
         let mut command = topogrid();
-        command.args(["simulate", "flat", "--seed", "3", "--until", "300", "-o"]).arg(&log);
+        command.args(["simulate", "flat", "--seed", "3", "--until", "700", "-o"]).arg(&log);
         command.arg("--run").arg(&out).assert().code(0).stdout(contains("still predicted"));
         let metrics = crate::demo::metrics(&out);
         let page = std::fs::read_to_string(out.join("report.html")).unwrap();
@@ -128,10 +128,16 @@ fn the_map_of_an_explorer_is_a_run_with_the_places_that_it_expected() {
     assert_eq!(metrics["predicted_places"].as_u64(), Some(count('p')));
     assert!(count('v') > 5 && count('p') > 0, "{states}");
     judge("explored.mjs", &[out.join("report.html").to_str().unwrap()]);
-    // What looks at a run looks at this one as well, and a session that is read back has the same places.
+    // What looks at a run looks at this one as well, and a session that is read back has the same places; only what
+    // they look like is drawn again, from all that was seen before the robot came to the next one.
+    let drawn = |page: &std::path::Path| {
+        let text = std::fs::read_to_string(page).unwrap();
+        let (before, pictures) = text.split_once("\"sheets\":[").unwrap();
+        before.to_owned() + pictures.split_once(']').unwrap().1
+    };
     let again = folder.path().join("again.html");
     topogrid().arg("report").arg(&out).arg("-o").arg(&again).assert().code(0);
-    assert!(std::fs::read_to_string(again).unwrap() == std::fs::read_to_string(out.join("report.html")).unwrap());
+    assert!(drawn(&again) == drawn(&out.join("report.html")));
     topogrid().arg("explain").arg(&out).assert().code(0);
     topogrid().arg("view").arg(&out).arg("--term").assert().code(0).stdout(contains("# occupied"));
     topogrid().args(["simulate", "flat", "--tour", "--run"]).arg(&out).assert().code(2);

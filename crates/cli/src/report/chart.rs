@@ -67,9 +67,10 @@ impl Plot {
             let y = self.y(energy);
             let _ = write!(
                 svg,
-                r#"<path class="rule" d="M{left} {y:.1}H{right}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{energy}</text>"#,
+                r#"<path class="rule" d="M{left} {y:.1}H{right}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
                 left - 8.0,
-                y + 4.0
+                y + 4.0,
+                tick(energy)
             );
         }
         let _ = write!(
@@ -83,6 +84,15 @@ impl Plot {
 
 fn level(energy: f64) -> f64 {
     (1.0 + energy.max(0.0)).log10()
+}
+
+/// A power of ten as it fits beside the axis: digits while they are few.
+fn tick(energy: f64) -> String {
+    if energy < 1e5 {
+        return energy.to_string();
+    }
+    let digit = |digit: char| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(digit.to_digit(10)? as usize);
+    format!("10{}", format!("{:.0}", energy.log10()).chars().filter_map(digit).collect::<String>())
 }
 
 #[cfg(test)]

@@ -206,10 +206,23 @@ function drawRegions() {
   }
 }
 const inView = (x, y, margin = 40) => { const [left, top] = toScreen(x, y); return left > -margin && top > -margin && left < view.width + margin && top < view.height + margin; };
+// Thousands of ellipses upon each other take a second and show nothing: then each spot of the screen has its largest alone.
+const CROWD = 1500, SPOT = 20;
+function thinned(many) {
+  if (many.length <= CROWD) return many;
+  const largest = new Map();
+  for (const i of many) {
+    const [left, top] = toScreen(now.x[i], now.y[i]), spot = Math.floor(left / SPOT) * 65536 + Math.floor(top / SPOT);
+    if (!largest.has(spot) || place.a[largest.get(spot)] < place.a[i]) largest.set(spot, i);
+  }
+  return [...largest.values()];
+}
 function drawEllipses() {
-  const all = new Path2D();
+  const all = new Path2D(), many = [];
   for (let i = 0; i < now.places; i++) {
-    if (P.state[i] !== "v" || 3 * place.a[i] * view.scale < 1 || !inView(now.x[i], now.y[i], 400)) continue;
+    if (P.state[i] === "v" && 3 * place.a[i] * view.scale >= 1 && inView(now.x[i], now.y[i], 400)) many.push(i);
+  }
+  for (const i of thinned(many)) {
     all.moveTo(now.x[i] + 3 * place.a[i] * Math.cos(place.angle[i]), now.y[i] + 3 * place.a[i] * Math.sin(place.angle[i]));
     all.ellipse(now.x[i], now.y[i], 3 * place.a[i], 3 * place.b[i], place.angle[i], 0, 2 * Math.PI);
   }
