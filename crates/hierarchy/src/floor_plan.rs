@@ -140,6 +140,16 @@ impl FloorPlan {
         }
     }
 
+    /// Closes gateways that were last seen shut, and opens those last seen open; what a person closed stays so.
+    pub(crate) fn see_doors(&mut self, map: &mut RegionMap, seen: &[Option<Passage>]) {
+        for (index, seen) in seen.iter().enumerate() {
+            let said = self.gateways.get(index).is_some_and(|known| known.passage == Passage::Closed);
+            if let Some(passage) = seen.filter(|_| !said) {
+                self.set_passage(map, index, passage);
+            }
+        }
+    }
+
     /// Names of regions that the latest map has no more.
     pub fn lost_names(&self) -> impl Iterator<Item = &str> {
         self.regions.iter().filter(|region| region.label.is_none()).filter_map(|region| region.name.as_deref())

@@ -1,5 +1,6 @@
 //! Decisions that flow down: what the higher levels say about the lower ones.
 
+mod doors;
 mod floor;
 mod plan;
 mod rooms;

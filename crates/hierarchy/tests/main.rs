@@ -5,6 +5,7 @@
 
 #[path = "../examples/blind_robot/drive.rs"]
 mod blind_robot;
+mod doors;
 mod edits;
 mod explain;
 mod live_map;

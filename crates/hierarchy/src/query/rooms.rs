@@ -36,7 +36,8 @@ pub fn count_regions(map: &RegionMap) -> RegionMetrics {
 
 impl Mapper {
     /// Cuts a gridmap of this map into regions, as [`regions`] does, along all that was driven, and remembers them: names and closed gateways that
-    /// are known from before are found again, wherever relaxation has moved them.
+    /// are known from before are found again, wherever relaxation has moved them. A gateway that was last seen shut is
+    /// closed until it is seen open; what a person closed stays closed.
     ///
     /// # Errors
     ///
@@ -45,6 +46,8 @@ impl Mapper {
         let mut map = regions(gridmap, &self.poses())?;
         let places = self.visited_poses();
         self.floor_plan_mut().renew(&mut map, &places);
+        let seen = self.doors_last_seen(&map);
+        self.floor_plan_mut().see_doors(&mut map, &seen);
         Ok(map)
     }
 
