@@ -8,7 +8,7 @@
 //! stops, and the one that is built once more from its log alone, as `topogrid run` does. The truth is the world's plan:
 //! what hangs together with all doors shut is a room, if the robot can get into it, and an open door between two rooms is a
 //! door. A room is found where a region has more than half of their floor in common with it, a door where a gateway within
-//! a metre joins the regions of its two rooms. PICTURES is a folder for pictures of all regions.
+//! a metre joins the regions of its two rooms (`x`, or `s` where it is believed to be shut). PICTURES is a folder for pictures of all regions.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 mod score;
@@ -49,7 +49,7 @@ fn main() -> Result<(), Failure> {
             let (gridmap, map, score) = judge(mapper, &rooms, &entries)?;
             report(&name, &map, &score);
             tally[kind][0] += usize::from(score.is_complete());
-            tally[kind][1] += score.doors.iter().filter(|found| **found).count();
+            tally[kind][1] += score.doors.iter().flatten().count();
             if let Some(folder) = pictures.first() {
                 let file = Path::new(folder).join(format!("{}.png", name.trim().replace(' ', "-")));
                 region_map::export::write_picture(
@@ -111,7 +111,12 @@ fn judge(mapper: &mut Mapper, rooms: &Rooms, entries: &[Entry]) -> Result<(Fuzzy
 }
 
 fn report(name: &str, map: &RegionMap, score: &Score) {
-    let doors: String = score.doors.iter().map(|found| if *found { 'x' } else { '-' }).collect();
+    let sign = |door: &Option<bool>| match door {
+        Some(false) => 'x',
+        Some(true) => 's',
+        None => '-',
+    };
+    let doors: String = score.doors.iter().map(sign).collect();
     let rooms: Vec<String> = score.rooms.iter().map(|(_, share)| format!("{share:.2}")).collect();
     let verdict = if score.is_complete() { "complete" } else { "" };
     let (regions, gateways) = (map.regions.len(), map.gateways.len());

@@ -3,7 +3,7 @@
 use hierarchy::Mapper;
 use hierarchy::evaluate::{TimedPath, align};
 use nalgebra::{Isometry2, Point2};
-use region_map::RegionMap;
+use region_map::{Gateway, RegionMap};
 use robot_log::local_grid::FuzzyGrid;
 
 use crate::Failure;
@@ -13,8 +13,8 @@ use crate::truth::Rooms;
 pub(crate) struct Score {
     /// The region found for each room, and how well the two agree; no label where none agrees.
     pub(crate) rooms: Vec<(Option<u16>, f64)>,
-    /// Whether each door is found.
-    pub(crate) doors: Vec<bool>,
+    /// Whether each door that is found is believed to be shut.
+    pub(crate) doors: Vec<Option<bool>>,
 }
 
 /// A region agrees with a room if their floor has more than this in common, as a share of the floor of both: of two regions
@@ -54,10 +54,11 @@ impl Score {
         let found: Vec<(Option<u16>, f64)> = (1..n_rooms).map(best).collect();
         let door = |door: &crate::truth::Door| {
             let sides = door.rooms.map(|room| found[usize::from(room) - 1].0);
-            map.gateways.iter().any(|gateway| {
+            let is_door = |gateway: &&Gateway| {
                 let [a, b] = gateway.regions.map(Some);
                 (truth_from_map * gateway.center - door.center).norm() < NEAR && (sides == [a, b] || sides == [b, a])
-            })
+            };
+            map.gateways.iter().find(is_door).map(|gateway| gateway.blocked)
         };
         let doors = rooms.doors.iter().map(door).collect();
         Self { rooms: found, doors }
@@ -65,7 +66,7 @@ impl Score {
 
     /// Whether every room and every door is found.
     pub(crate) fn is_complete(&self) -> bool {
-        self.rooms.iter().all(|(region, _)| region.is_some()) && self.doors.iter().all(|found| *found)
+        self.rooms.iter().all(|(region, _)| region.is_some()) && self.doors.iter().all(Option::is_some)
     }
 }
 

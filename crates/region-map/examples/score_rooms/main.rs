@@ -1,16 +1,19 @@
-//! Scores this crate and two plain baselines on floor plans with hand-cut rooms: `score_rooms FOLDER [PICTURES]`.
+//! Scores this crate and two plain baselines on floor plans with hand-cut rooms: `score_rooms FOLDER [PICTURES]`; with
+//! `--stability`, instead, what turning, noise, coarser cells and degrees change.
 //!
 //! `FOLDER` holds `NAME.png`, `NAME_furniture.png` and `NAME_gt.png` (every doorway closed by a line), 0.05 m per pixel,
 //! white = free. `PICTURES` is a folder for pictures of every result over its truth.
 
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
+mod disturb;
 mod picture;
 mod plan;
 mod score;
 
 use std::{path::Path, sync::OnceLock, time::Instant};
 
+use disturb::{DISTURBANCES, Plan};
 use region_map::{
     Options, baseline,
     local_grid::{Grid, GridFrame},
@@ -22,7 +25,7 @@ use score::Score;
 /// Metres per pixel of the plans.
 const RESOLUTION: f64 = 0.05;
 /// Regions under one square metre are ignored.
-const LEAST_CELLS: usize = 400;
+const LEAST_AREA: f64 = 1.0;
 
 /// A way to cut a map into regions.
 type Method = fn(&Grid<f32>) -> Result<Grid<u16>, String>;
@@ -38,9 +41,12 @@ fn text(error: impl std::fmt::Display) -> String {
 }
 
 fn main() -> Result<(), String> {
-    let arguments: Vec<String> = std::env::args().collect();
-    let folder = Path::new(arguments.get(1).ok_or("usage: score_rooms FOLDER [PICTURES]")?);
-    let pictures = arguments.get(2).map(Path::new);
+    let (flags, paths): (Vec<String>, Vec<String>) = std::env::args().skip(1).partition(|word| word.starts_with('-'));
+    let folder = Path::new(paths.first().ok_or("usage: score_rooms [--stability] FOLDER [PICTURES]")?);
+    let pictures = paths.get(1).map(Path::new);
+    if flags.iter().any(|flag| flag == "--stability") {
+        return stability(folder);
+    }
     for (name, method) in METHODS {
         for suffix in ["", "_furniture"] {
             println!("{name}, {}", if suffix.is_empty() { "empty" } else { "furnished" });
@@ -52,22 +58,58 @@ fn main() -> Result<(), String> {
     Ok(())
 }
 
+/// What disturbances change: means over all plans.
+fn stability(folder: &Path) -> Result<(), String> {
+    for suffix in ["", "_furniture"] {
+        println!("{}", if suffix.is_empty() { "empty" } else { "furnished" });
+        println!("plan                       IoU recall precision found  true      ms");
+        for (name, disturb) in DISTURBANCES {
+            let mut all = Vec::new();
+            let begun = seconds();
+            for plan in plan::names(folder) {
+                let plan = disturb(&read(folder, &plan, suffix)?);
+                let labels = METHODS[0].1(&plan.free)?;
+                all.push(judge(&labels, &plan));
+            }
+            row(name, &Score::mean(&all), (seconds() - begun) * 1e3 / all.len().max(1) as f64);
+        }
+        println!();
+    }
+    Ok(())
+}
+
+fn read(folder: &Path, name: &str, suffix: &str) -> Result<Plan, String> {
+    let drawn = plan::read_grey(&folder.join(format!("{name}{suffix}.png")))?;
+    let truth = plan::read_grey(&folder.join(format!("{name}_gt.png")))?.white_regions();
+    let frame = GridFrame::new(Point2::origin(), RESOLUTION, drawn.rows, drawn.columns).map_err(text)?;
+    let cells = drawn.grey.iter().map(|&grey| f32::from(u8::from(grey >= 250))).collect();
+    let free = Grid::from_cells(frame, cells).map_err(|_| "a picture of another size than its header says")?;
+    if truth.len() != drawn.grey.len() {
+        return Err(format!("{name}: the truth is of another size than the plan"));
+    }
+    Ok(Plan { free, truth })
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred cells")]
+fn judge(labels: &Grid<u16>, plan: &Plan) -> Score {
+    let found: Vec<u32> = labels.cells().iter().map(|&label| u32::from(label)).collect();
+    score::score(&found, &plan.truth, (LEAST_AREA / labels.frame().resolution().powi(2)).round() as usize)
+}
+
 /// Scores one method on all plans.
 fn table(folder: &Path, suffix: &str, method: Method, pictures: Option<&Path>) -> Result<(), String> {
     let mut all = Vec::new();
     let mut times = Vec::new();
     for name in plan::names(folder) {
-        let drawn = plan::read_grey(&folder.join(format!("{name}{suffix}.png")))?;
-        let truth = plan::read_grey(&folder.join(format!("{name}_gt.png")))?.white_regions();
-        let frame = GridFrame::new(Point2::origin(), RESOLUTION, drawn.rows, drawn.columns).map_err(text)?;
-        let cells = drawn.grey.iter().map(|&grey| f32::from(u8::from(grey >= 250))).collect();
-        let free = Grid::from_cells(frame, cells).map_err(|_| "a picture of another size than its header says")?;
-        let (labels, milliseconds) = fastest_of_three(method, &free)?;
-        let score = score::score(&labels, &truth, LEAST_CELLS);
+        let plan = read(folder, &name, suffix)?;
+        let (labels, milliseconds) = fastest_of_three(method, &plan.free)?;
+        let score = judge(&labels, &plan);
         row(&name, &score, milliseconds);
         if let Some(out) = pictures {
-            let free: Vec<bool> = free.cells().iter().map(|&cell| cell > 0.5).collect();
-            picture::write(&out.join(format!("{name}{suffix}.png")), drawn.columns, &labels, &truth, &free)?;
+            let free: Vec<bool> = plan.free.cells().iter().map(|&cell| cell > 0.5).collect();
+            let found: Vec<u32> = labels.cells().iter().map(|&label| u32::from(label)).collect();
+            let columns = plan.free.frame().columns();
+            picture::write(&out.join(format!("{name}{suffix}.png")), columns, &found, &plan.truth, &free)?;
         }
         all.push(score);
         times.push(milliseconds);
@@ -93,14 +135,13 @@ fn seconds() -> f64 {
     nanoseconds.map_or(start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds / 1e9)
 }
 
-fn fastest_of_three(method: Method, free: &Grid<f32>) -> Result<(Vec<u32>, f64), String> {
+fn fastest_of_three(method: Method, free: &Grid<f32>) -> Result<(Grid<u16>, f64), String> {
     let mut best = f64::INFINITY;
-    let mut labels = Vec::new();
+    let mut labels = Grid::new(*free.frame());
     for _ in 0..3 {
         let start = seconds();
-        let found = method(free)?;
+        labels = method(free)?;
         best = best.min((seconds() - start) * 1e3);
-        labels = found.cells().iter().map(|&label| u32::from(label)).collect();
     }
     Ok((labels, best))
 }

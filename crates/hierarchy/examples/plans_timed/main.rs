@@ -1,0 +1,108 @@
+//! What plans through regions cost and lose against those over all cells.
+//!
+//! ```text
+//! cargo run --release -p hierarchy --example plans_timed -- [PLAN.png...] [RUN/session.hmap...]
+//! ```
+//!
+//! PLAN is a floor plan of 0.05 m per pixel, white = free. Each map is planned over from region to region, forty pairs taken
+//! at random: through regions ([`Planner`]), and by A* over all cells
+//! with the same costs. The cells' unsafety and the ways between gateways are made once for all plans; `made` tells how long
+//! both took.
+#![expect(clippy::print_stdout, reason = "an example says what it found")]
+
+use std::fs::File;
+use std::io::BufReader;
+use std::time::Instant;
+
+use hierarchy::global_grid::Exposure;
+use hierarchy::global_grid::map_server::{MapMetadata, read_image};
+use hierarchy::global_grid::plan::{PlanOptions, plan_over, unsafety};
+use hierarchy::{Mapper, Planner};
+use nalgebra::Point2;
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use region_map::{Options, RegionMap, segment};
+use robot_log::local_grid::{Fuzzy, FuzzyGrid, Grid};
+
+type Failure = Box<dyn std::error::Error>;
+
+/// How a floor plan is read.
+const DESCRIPTION: &str =
+    "image: plan.png\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.1\n";
+/// Pairs of regions that are planned between.
+const PAIRS: usize = 40;
+
+fn main() -> Result<(), Failure> {
+    println!(
+        "map                          rows columns regions gateways  ways  made ms  regions ms  cells ms  times  longer: mean   worst"
+    );
+    for name in std::env::args().skip(1) {
+        let (gridmap, map) = if name.ends_with(".hmap") { recorded(&name)? } else { drawn(&picture(&name)?)? };
+        measure(name.rsplit('/').next().unwrap_or(&name), &gridmap, &map)?;
+    }
+    Ok(())
+}
+
+/// The degrees of a picture: what is white is wholly empty, all else wholly occupied.
+fn picture(path: &str) -> Result<Grid<f32>, Failure> {
+    let map = read_image(&MapMetadata::read(DESCRIPTION.as_bytes())?, BufReader::new(File::open(path)?))?;
+    Ok(map.cells.map(|&cell| f32::from(u8::from(cell == 0))))
+}
+
+fn drawn(free: &Grid<f32>) -> Result<(FuzzyGrid, RegionMap), Failure> {
+    let gridmap = free.map(|&free| Fuzzy { empty: 0.95 * free, occupied: 0.95 * (1.0 - free) });
+    Ok((gridmap, segment(free, &Options::default())?))
+}
+
+fn recorded(path: &str) -> Result<(FuzzyGrid, RegionMap), Failure> {
+    let mut mapper = Mapper::load(&mut BufReader::new(File::open(path)?))?;
+    let gridmap = mapper.gridmap()?;
+    let map = mapper.survey(&gridmap)?;
+    Ok((gridmap, map))
+}
+
+fn measure(name: &str, gridmap: &FuzzyGrid, map: &RegionMap) -> Result<(), Failure> {
+    let options = PlanOptions { exposure: Exposure::of(gridmap), ..PlanOptions::default() };
+    let (planner, made) = timed(|| Planner::new(gridmap, map, &options));
+    let (planner, cells) = (planner?, unsafety(gridmap, &options)?);
+    let (mut by_regions, mut by_cells, mut longer) = (0.0, 0.0, Vec::new());
+    for [start, goal] in pairs(map) {
+        let (plan, took) = timed(|| planner.plan(start, goal));
+        let (least, took_over_cells) = timed(|| plan_over(&cells, start, goal, &options));
+        if let (Ok(plan), Some(least)) = (plan, least) {
+            by_regions += took;
+            by_cells += took_over_cells;
+            longer.push(100.0 * (plan.path.length / least.length - 1.0));
+        }
+    }
+    let n = longer.len().max(1) as f64;
+    let (mean, worst) = (longer.iter().sum::<f64>() / n, longer.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    let frame = gridmap.frame();
+    println!(
+        "{name:28} {:>4} {:>7} {:>7} {:>8} {:>5} {:>8.0} {:>11.2} {:>9.2} {:>6.1} {mean:>11.2} % {worst:>5.2} %",
+        frame.rows(),
+        frame.columns(),
+        map.regions.len(),
+        map.gateways.len(),
+        longer.len(),
+        1e3 * made,
+        1e3 * by_regions / n,
+        1e3 * by_cells / n,
+        by_cells / by_regions,
+    );
+    Ok(())
+}
+
+/// What a call gives, and the seconds that it took.
+fn timed<T>(call: impl FnOnce() -> T) -> (T, f64) {
+    let begun = Instant::now();
+    let result = call();
+    (result, begun.elapsed().as_secs_f64())
+}
+
+/// The spots farthest from walls of regions taken at random, always the same ones.
+fn pairs(map: &RegionMap) -> Vec<[Point2<f64>; 2]> {
+    let mut random = Pcg64Mcg::new(1);
+    let mut spot = || map.regions[random.random_range(0..map.regions.len())].inside;
+    (0..PAIRS).filter(|_| !map.regions.is_empty()).map(|_| [spot(), spot()]).filter(|[a, b]| a != b).collect()
+}
