@@ -10,6 +10,7 @@ use local_grid::{FuzzyGrid, Grid};
 use crate::Exposure;
 use crate::derived::{Norm, derive};
 use dilate::dilate;
+pub use driven::LONGEST_STEP;
 use search::{costs, search};
 
 /// How a path is found.

@@ -134,6 +134,27 @@ impl GridFrame {
         Point2::new(self.origin.x + x * self.resolution, self.origin.y + y * self.resolution)
     }
 
+    /// The `(row, column)` of the cells whose centres lie within `reach` metres of the straight way between two points: what a
+    /// round thing passes over. None where a point is not finite.
+    pub fn cells_along(&self, from: Point2<f64>, to: Point2<f64>, reach: f64) -> impl Iterator<Item = (usize, usize)> {
+        let (frame, way) = (*self, to - from);
+        let steps = |point: Point2<f64>| (point - frame.origin) / frame.resolution;
+        let (low, high) = (steps(from.inf(&to)).add_scalar(-reach / frame.resolution), steps(from.sup(&to)));
+        let high = high.add_scalar(reach / frame.resolution);
+        // An infinite box is clipped as well, and NaN counts as 0; the distances below let nothing of them through.
+        let range = |low: f64, high: f64, limit: usize| {
+            let end = if high >= 0.0 { count(high).saturating_add(1).min(limit) } else { 0 };
+            count(low.max(0.0)).min(end)..end
+        };
+        let rows = if way.norm_squared().is_finite() { range(low.y, high.y, frame.rows) } else { 0..0 };
+        let columns = range(low.x, high.x, frame.columns);
+        rows.flat_map(move |row| columns.clone().map(move |column| (row, column))).filter(move |&(row, column)| {
+            let offset = frame.center(row, column) - from;
+            let share = if way.norm_squared() > 0.0 { offset.dot(&way) / way.norm_squared() } else { 0.0 };
+            (offset - way * share.clamp(0.0, 1.0)).norm() <= reach
+        })
+    }
+
     /// The row-major index of cell `(row, column)`, or `None` outside the grid.
     #[must_use]
     pub fn index(&self, row: usize, column: usize) -> Option<usize> {
@@ -175,6 +196,25 @@ mod tests {
         }
         assert_eq!(frame.cell_at(Point2::new(-1.01, 2.0)), None);
         assert_eq!(frame.cell_at(Point2::new(f64::NAN, 2.0)), None);
+    }
+
+    #[test]
+    fn a_way_passes_over_the_cells_beside_it() {
+        let frame = GridFrame::new(Point2::new(-1.0, -1.0), 0.1, 30, 40).unwrap();
+        let (from, to) = (Point2::new(0.03, 0.4), Point2::new(1.2, -0.7));
+        let way = to - from;
+        let near = |&(row, column): &(usize, usize)| {
+            (0..=2000).any(|k| (frame.center(row, column) - (from + way * (f64::from(k) / 2000.0))).norm() <= 0.17)
+        };
+        let all = (0..30).flat_map(|row| (0..40).map(move |column| (row, column)));
+        assert_eq!(frame.cells_along(from, to, 0.17).collect::<Vec<_>>(), all.filter(near).collect::<Vec<_>>());
+        assert_eq!(frame.cells_along(frame.center(3, 4), frame.center(3, 4), 0.01).collect::<Vec<_>>(), [(3, 4)]);
+        let cut = frame.cells_along(Point2::new(-5.0, 0.04), Point2::new(-0.96, 0.04), 0.05);
+        assert_eq!(cut.collect::<Vec<_>>(), [(10, 0)], "what lies beyond the grid is left out");
+        for far in [f64::NAN, f64::INFINITY, -1e300, -50.0] {
+            assert_eq!(frame.cells_along(Point2::new(far, 0.0), Point2::new(far, 0.1), 0.2).count(), 0);
+            assert_eq!(frame.cells_along(Point2::new(0.0, far), Point2::new(0.0, far), 0.2).count(), 0);
+        }
     }
 
     #[test]

@@ -1,4 +1,3 @@
-use local_grid::nalgebra::{Point2, Vector2};
 use local_grid::{FuzzyGrid, Grid};
 
 use super::PlanOptions;
@@ -7,8 +6,8 @@ use crate::occupancy::Occupancy;
 
 /// The most that ground counts as unsafe where the robot itself has been: it fits, but the map has its doubts.
 const PROVEN: f32 = 0.5;
-/// Positions farther apart than this, in metres, are not joined: what lies between was not driven straight, or not at all.
-const LONGEST_STEP: f64 = 1.5;
+/// Between two positions farther apart than this, in metres, a robot may have driven anywhere.
+pub const LONGEST_STEP: f64 = 0.8;
 /// How far beside the line between two positions a cell's centre may lie, in cells: far enough that the cells join.
 const BESIDE: f64 = 0.75;
 
@@ -19,43 +18,13 @@ pub(super) fn trust(unsafety: &mut Grid<f32>, grid: &FuzzyGrid, options: &PlanOp
     let crisp = CrispOptions { exposure: options.exposure, ..CrispOptions::default() };
     #[expect(clippy::cast_possible_truncation, reason = "a degree")]
     let most = PROVEN.min(options.forbidden as f32);
-    for pair in options.driven.windows(2) {
-        for_each_cell_along(grid, (pair[0], pair[1]), |index| {
-            if crisp.occupancy(grid.cells()[index]) != Occupancy::Occupied {
-                let cell = &mut unsafety.cells_mut()[index];
-                *cell = cell.min(most);
-            }
-        });
-    }
-}
-
-/// Visits the cells of a grid whose centres lie near the line between two points.
-fn for_each_cell_along(grid: &FuzzyGrid, (from, to): (Point2<f64>, Point2<f64>), mut visit: impl FnMut(usize)) {
-    let frame = grid.frame();
-    let along: Vector2<f64> = to - from;
-    let length = along.norm();
-    if length.is_nan() || length > LONGEST_STEP {
-        return;
-    }
-    let reach = BESIDE * frame.resolution();
-    let corner = |x: f64, limit: usize| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates at the grid's edges")]
-        let cell = (x / frame.resolution()).floor().max(0.0) as usize;
-        cell.min(limit)
-    };
-    let low = from.coords.inf(&to.coords).add_scalar(-reach) - frame.origin().coords;
-    let high = from.coords.sup(&to.coords).add_scalar(reach) - frame.origin().coords;
-    if high.x < 0.0 || high.y < 0.0 {
-        return;
-    }
-    let end = |x: f64, limit: usize| (corner(x, limit) + 1).min(limit);
-    for row in corner(low.y, frame.rows())..end(high.y, frame.rows()) {
-        for column in corner(low.x, frame.columns())..end(high.x, frame.columns()) {
-            let off = frame.center(row, column) - from;
-            let share = if length > 0.0 { (off.dot(&along) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
-            if (off - share * along).norm() <= reach {
-                visit(row * frame.columns() + column);
-            }
+    let (frame, reach) = (*grid.frame(), BESIDE * grid.frame().resolution());
+    let steps = options.driven.windows(2).filter(|pair| (pair[1] - pair[0]).norm() <= LONGEST_STEP); // NaN is not
+    for (row, column) in steps.flat_map(|pair| frame.cells_along(pair[0], pair[1], reach)) {
+        let index = row * frame.columns() + column;
+        if crisp.occupancy(grid.cells()[index]) != Occupancy::Occupied {
+            let cell = &mut unsafety.cells_mut()[index];
+            *cell = cell.min(most);
         }
     }
 }
@@ -64,6 +33,7 @@ fn for_each_cell_along(grid: &FuzzyGrid, (from, to): (Point2<f64>, Point2<f64>),
 mod tests {
     use super::*;
     use crate::plan::{PlanError, plan};
+    use local_grid::nalgebra::Point2;
     use local_grid::{Fuzzy, GridFrame};
 
     /// Two rooms of 2 × 2 m with a wall between them, whose door is too narrow for the margin; what the door's cell holds.

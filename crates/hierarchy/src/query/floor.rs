@@ -1,4 +1,5 @@
 use global_grid::Exposure;
+use global_grid::plan::LONGEST_STEP;
 use nalgebra::{Isometry2, Point2};
 use region_map::{Element, Logic, dilate, erode};
 use robot_log::local_grid::{FuzzyGrid, Grid};
@@ -39,8 +40,6 @@ const EMPTY: f32 = 0.4;
 const CONTRADICTED: f32 = 0.6;
 /// Half of what a robot sweeps, in metres: less than any robot's radius, by what its poses may be off sideways.
 const BODY: f64 = 0.15;
-/// Between two poses farther apart than this, in metres, the robot may have driven anywhere.
-const STEP: f64 = 0.8;
 
 fn membership(empty: f32, occupied: f32) -> f32 {
     let evidence = |degree: f32| -(1.0 - degree).max(1e-6).ln();
@@ -51,30 +50,11 @@ fn membership(empty: f32, occupied: f32) -> f32 {
 
 /// Makes floor of what the robot's body passed over: the cells whose centres it came within [`BODY`] of.
 fn sweep(floor: &mut Grid<f32>, driven: &[Isometry2<f64>]) {
-    let spot = |pose: &Isometry2<f64>| Point2::from(pose.translation.vector);
-    for pair in driven.windows(2) {
-        let (from, to) = (spot(&pair[0]), spot(&pair[1]));
-        if (to - from).norm() <= STEP {
-            sweep_straight(floor, from, to);
-        }
-    }
-}
-
-fn sweep_straight(floor: &mut Grid<f32>, from: Point2<f64>, to: Point2<f64>) {
     let frame = *floor.frame();
-    let (low, high) = (from.inf(&to).map(|c| c - BODY), from.sup(&to).map(|c| c + BODY));
-    let (Some(first), Some(last)) = (frame.cell_at(low), frame.cell_at(high)) else { return };
-    let way = to - from;
-    for row in first.0..=last.0 {
-        for column in first.1..=last.1 {
-            let offset = frame.center(row, column) - from;
-            let share = if way.norm_squared() > 0.0 { offset.dot(&way) / way.norm_squared() } else { 0.0 };
-            if (offset - way * share.clamp(0.0, 1.0)).norm() <= BODY
-                && let Some(cell) = floor.get_mut(row, column)
-            {
-                *cell = 1.0;
-            }
-        }
+    let spots: Vec<Point2<f64>> = driven.iter().map(|pose| pose.translation.vector.into()).collect();
+    let steps = spots.windows(2).filter(|pair| (pair[1] - pair[0]).norm() <= LONGEST_STEP);
+    for (row, column) in steps.flat_map(|pair| frame.cells_along(pair[0], pair[1], BODY)) {
+        floor.cells_mut()[row * frame.columns() + column] = 1.0;
     }
 }
 
