@@ -16,7 +16,12 @@ pub(crate) fn text(name: &str, folder: &RunFolder, metrics: &Metrics, seed: u64,
     let _ = write!(
         text,
         " {:.1} s (read {:.1} · map {:.1} · grid {:.1} · write {:.1}), {:.0} MiB, seed {seed}",
-        timings.total, timings.read, timings.local, timings.grid, timings.write, metrics.peak_memory_mib
+        timings.total,
+        timings.read,
+        timings.local + timings.recognize + timings.relax,
+        timings.grid + timings.regions,
+        timings.write,
+        metrics.peak_memory_mib
     );
     if let Some(verified) = verified {
         let _ = write!(text, "\n {verified}");
@@ -98,7 +103,11 @@ fn worries(metrics: &Metrics, run: &str) -> String {
     let trust = &metrics.trust;
     let mut text = String::new();
     let refused = metrics.links.rejected;
-    if !has_loops(metrics) {
+    if metrics.places == 1 {
+        let driven = metrics.log.path_length_m;
+        let _ = writeln!(text, "\n the odometry moves by {driven:.1} m: everything is drawn at one place");
+        let _ = writeln!(text, "   topogrid inspect LOG tells what the log holds");
+    } else if !has_loops(metrics) {
         let _ = writeln!(text, "\n no loop was closed: nothing checks this map");
         let _ = writeln!(text, "   topogrid explain {run} --loops");
     } else if refused > 0 {
