@@ -19,8 +19,9 @@ use crate::options::{GridError, check};
 /// open, and is not asked twice.
 ///
 /// This is the expectation step of a mixture of causes. One round of much contrast does as well as two of less where a
-/// cell is met by a dozen readings; where it is met by a thousand, two are a little sharper, and cost more. It depends on ratios of evidence, so it
-/// gets sharper, not saturated, with more readings: specular readings sweep over walls, but do not outweigh them.
+/// cell is met by a dozen readings; where it is met by a thousand, two are a little sharper, and cost more. It depends on
+/// ratios of evidence, so it gets sharper, not saturated, with more readings: specular readings sweep over walls, but do
+/// not outweigh them.
 /// The result does not depend on the order of the readings. Only a map that holds all readings can do this
 /// ([`GridMap`](crate::GridMap)); as a [`SensorModel`] of single readings the model gives the evidence of `O₀`.
 #[derive(Debug, Clone, PartialEq)]

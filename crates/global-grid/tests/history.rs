@@ -54,6 +54,24 @@ fn any_history_of_sonar_and_laser_ends_in_the_same_bits() {
 }
 
 #[test]
+fn a_robot_that_stands_for_long_is_counted_exactly_and_leaves_nothing_behind() {
+    let mut random = dice(7);
+    let scans = [sonars(), laser(181, true)].map(|sensor| scan(&sensor, &mut random));
+    let (stands, options) = (pose(&mut random), GridOptions { most_evidence: f64::INFINITY, ..GridOptions::default() });
+    let sums = |map: &GridMap| map.read(|tally| tally.empty).unwrap().cells().to_vec();
+    for scan in scans {
+        let once = sums(&assemble([(&stands, &scan)], &options).unwrap());
+        let mut map = assemble(std::iter::repeat_n((&stands, &scan), 1000), &options).unwrap(); // far beyond a byte
+        assert_eq!(sums(&map), once.iter().map(|units| units * 1000).collect::<Vec<_>>());
+        map.insert(1, &stands, &scan).unwrap();
+        map.remove(0);
+        assert_eq!(sums(&map), once);
+        map.remove(1);
+        assert_eq!((map.frame(), map.cell_bytes()), (Ok(None), 0));
+    }
+}
+
+#[test]
 fn far_apart_places_do_not_cost_the_land_between() {
     let (sensor, mut random) = (laser(181, false), dice(1));
     let scan = scan(&sensor, &mut random);
