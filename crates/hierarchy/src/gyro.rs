@@ -96,8 +96,8 @@ pub(crate) struct HeadingDrift {
 
 /// Standard deviation of a reading, in radians, of what was taken for a compass: rounded to a degree, or late by a moment.
 const READING: f64 = 0.0175;
-/// How fast a gyro of which nothing is known yet may drift, as a standard deviation in radians per second: 5° in each.
-const UNKNOWN_DRIFT: f64 = 0.09;
+/// How fast a gyro of which nothing is known yet may drift, as a standard deviation in radians per second: 1° in each.
+const UNKNOWN_DRIFT: f64 = 0.0175;
 /// The least standard deviation of a turn between two places, in radians: no gyro's scale is exact.
 const TURN: f64 = 0.01;
 /// Variance by which the drift changes in a second, (rad/s)²: by 0.1°/s in a minute.

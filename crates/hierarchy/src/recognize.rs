@@ -22,7 +22,9 @@ use crate::reach::{Reach, reach_from};
 /// ```
 ///
 /// `Λ` is the likelihood ratio of the alignment's score, `Δ_nc` the shift that the alignment measures and `C` its
-/// covariance, long along a corridor. A view that fails to look like an old place on top of which it would lie speaks
+/// covariance, long along a corridor. Two views agree on one shift exactly where the loop through both closes, so that this
+/// is the test of pairwise consistency (Mangelson et al. 2018), with each view weighed instead of voting; the coordinates
+/// hold nothing yet of what is weighed. A view that fails to look like an old place on top of which it would lie speaks
 /// against. The best shift must be likely by itself and much likelier than any other.
 #[derive(Debug)]
 pub(crate) struct Recognizer {

@@ -81,7 +81,8 @@ fn every_garden_has_its_true_size_whatever_its_gyro_does() {
             along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min)
         };
         let (x, y) = (extent(0), extent(1));
-        println!("{name}: driven over {x:.1} × {y:.1} m");
+        let gap = (driven[driven.len() - 1].translation.vector - driven[0].translation.vector).norm();
+        println!("{name}: driven over {x:.1} × {y:.1} m, ends {gap:.2} m from its start");
         assert!(x.max(y) > low && x.max(y) < high, "{name}: {x:.1} × {y:.1} m");
     }
 }

@@ -3,11 +3,9 @@
 mod explore;
 mod link;
 mod localize;
-mod loops;
 mod map;
 mod nearby;
 mod open_space;
-mod path;
 mod place;
 mod range_rose;
 mod route;
@@ -21,16 +19,12 @@ pub use link::{Displacement, DisplacementError, Link, LinkId, LinkOrigin, LinkSt
 pub use localize::{
     Belief, Hypothesis, LocalizeError, Localizer, LocalizerOptions, PlaceLikelihood, Recognition, Unsure,
 };
-pub use loops::{
-    Closure, LoopCandidate, LoopOptions, LoopPool, Reason, Verdict, largest_consistent_set, pairwise_mismatch,
-};
 pub use map::{MapError, Neighbor, TopoMap};
 pub use nearby::{NearbyOptions, Supposed, identify_nearby};
 pub use open_space::{
     Central, FeatureOptions, Features, N_FEATURES, NetworkError, OpenSpace, Opening, PeakOptions, RocScore, Sample,
     TrainOptions, TrainReport, gradient, mean_loss, roc_score, train,
 };
-pub use path::{PathError, PathTree};
 pub use place::{Place, PlaceId, PlaceState};
 pub use range_rose::RangeRose;
 pub use route::Route;

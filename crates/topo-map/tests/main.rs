@@ -3,5 +3,4 @@
 
 mod explore;
 mod localize;
-mod loops;
 mod map;
