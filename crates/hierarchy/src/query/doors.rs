@@ -20,8 +20,8 @@ const REACH: f64 = 4.0;
 /// How much an echo says for "shut", and a reading that goes through against it, each in [0, 1].
 const ECHO: f64 = 0.4;
 const THROUGH: f64 = 0.6;
-/// A door is shut if that much is believed: three echoes in a row, say.
-const SHUT: f64 = 0.75;
+/// A door is shut if that much is believed: four echoes in a row, say.
+const SHUT: f64 = 0.85;
 /// From a smooth surface a laser hears something up to this angle from the normal, in radians.
 const SLANT: f64 = 1.0;
 
