@@ -5,6 +5,7 @@ use clap::{Args, Parser, ValueEnum};
 
 use crate::commands::Command;
 use crate::exit::Exit;
+use crate::failure::Failure;
 use crate::overview;
 
 /// The command line.
@@ -38,8 +39,23 @@ pub(crate) fn parse() -> Result<Cli, ExitCode> {
             let _ = std::io::stdout().write_all(overview::text().as_bytes());
             Err(Exit::Done.into())
         }
-        _ => Ok(Cli::parse()),
+        _ => Cli::try_parse().map_err(|error| refuse(&error)),
     }
+}
+
+/// Ends the program as clap would, but tells programs of wrong usage as JSON.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let asked_for = std::env::args_os().any(|word| word == "--json");
+    if !(asked_for && error.use_stderr()) {
+        error.exit();
+    }
+    let message = error.render().to_string();
+    let message = message.trim_start_matches("error: ").trim_end();
+    let failure = Failure::new(Exit::Usage, "usage", message);
+    if let Some(text) = failure.to_json() {
+        eprintln!("{text}");
+    }
+    Exit::Usage.into()
 }
 
 /// What every command understands.

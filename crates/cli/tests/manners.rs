@@ -96,3 +96,12 @@ fn a_quiet_run_says_nothing_but_errors() {
     assert!(out.join("map.yaml").exists());
     topogrid().args(["demo", "-q", "-o"]).arg(&out).assert().code(2).stderr(predicates::str::contains("--force"));
 }
+
+#[test]
+fn programs_are_told_of_wrong_usage_as_json() {
+    let told = topogrid().args(["plan", "somewhere", "--json"]).assert().code(2).stdout("");
+    let error: serde_json::Value = serde_json::from_slice(&told.get_output().stderr).unwrap();
+    assert_eq!(error["error"]["code"], "usage");
+    assert!(error["error"]["message"].as_str().unwrap().contains("--from"), "{error}");
+    topogrid().args(["plan", "--help", "--json"]).assert().code(0);
+}

@@ -112,7 +112,7 @@ pub(crate) fn run(args: &EditArgs, context: &Context) -> Result<(), Failure> {
 
 fn show(list: &Edits, context: &Context) -> Result<(), Failure> {
     if context.json {
-        return context.print_json(list);
+        return context.print_json(&serde_json::json!({ "schema": "topogrid/edits/1", "edit": list.list }));
     }
     if list.list.is_empty() {
         return context.print("no edits\n");

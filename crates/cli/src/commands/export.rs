@@ -62,6 +62,11 @@ pub(crate) fn run(args: &ExportArgs, context: &Context) -> Result<(), Failure> {
             context.say(&format!("wrote {}", path.display()));
         }
     }
+    // Where a file goes to standard output, nothing else may.
+    let written: Vec<String> = outs.iter().map(|(path, _)| path.display().to_string()).collect();
+    if context.json && !written.iter().any(|path| path == "-") {
+        return context.print_json(&serde_json::json!({ "schema": "topogrid/export/1", "written": written }));
+    }
     Ok(())
 }
 

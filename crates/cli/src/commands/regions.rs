@@ -60,6 +60,7 @@ const FILES: [&str; 3] = ["regions.geojson", "regions.png", "labels.png"];
 /// What was found, for programs.
 #[derive(Debug, Serialize)]
 struct Found<'a> {
+    schema: &'static str,
     map: String,
     resolution_m: f64,
     regions: &'a [Region],
@@ -136,6 +137,7 @@ fn show(
     in_map_frame(&mut map, &floor.map_from_grid);
     if context.json {
         return context.print_json(&Found {
+            schema: "topogrid/regions/1",
             map: args.map.display().to_string(),
             resolution_m: floor.free.frame().resolution(),
             regions: &map.regions,

@@ -50,6 +50,9 @@ fn in_browser(run: &Path, context: &Context) -> Result<(), Failure> {
         return Err(Failure::new(Exit::Rejected, "view.report", message)
             .help(format!("topogrid report {} writes it; --term needs none", run.display())));
     }
+    if context.json {
+        return context.print_json(&serde_json::json!({ "schema": "topogrid/view/1", "report": page }));
+    }
     let opener = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
     let opened = context.is_watched()
         && Command::new(opener)
