@@ -9,16 +9,16 @@ use nalgebra::{Isometry2, Matrix2, Point2, Vector2};
 use relaxation::NetworkError;
 use robot_log::{Entry, EntryKind};
 use topo_map::{
-    Change, Command, ExploreError, Explorer, ExplorerOptions, Firing, Identity, Link, LinkId, LinkOrigin, LinkState,
-    Observation, PlaceId, PlaceState,
+    Change, Command, Displacement, ExploreError, Explorer, ExplorerOptions, Firing, Identity, Link, LinkId, LinkOrigin,
+    LinkState, Observation, PlaceId, PlaceState,
 };
 
 use crate::config::Config;
 use crate::mapper::{Mapper, MapperError};
-use crate::recognize::Verdict;
+use crate::recognize::{Closure, Verdict};
 use optimum::Optimum;
 use rooms::Rooms;
-use same::Known;
+use same::{Doubled, Known};
 
 /// What an exploring robot should do next. Headings are those of its compass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,7 +132,7 @@ impl Exploration {
     /// An option out of its range.
     pub fn new(config: Config, options: ExplorerOptions) -> Result<Self, ExplorationError> {
         Ok(Self {
-            mapper: Mapper::new(config)?,
+            mapper: Mapper::exploring(config)?,
             explorer: Explorer::new(options)?,
             optimum: Optimum::default(),
             rooms: None,
@@ -273,7 +273,7 @@ impl Exploration {
                     self.descriptions.append(&mut self.survey);
                     reached = Some(place);
                 }
-                Change::PlaceMerged { absorbed, kept } => self.follow_merge(absorbed, kept),
+                Change::PlaceMerged { absorbed, kept } => self.follow_merge(absorbed, kept, Matrix2::zeros()),
                 _ => {}
             }
         }
@@ -288,9 +288,11 @@ impl Exploration {
             let (map, _, _) = self.mapper.charted();
             // Either may have been merged into another place since it was seen; then what was seen is of no use any more.
             let gone = map.resolve(closure.place) != closure.place || map.resolve(closure.known) != closure.known;
-            if matches!(closure.verdict, Verdict::Accepted { .. }) && !gone {
-                let link =
-                    map.recognize(closure.place, closure.known, closure.displacement).map_err(MapperError::from)?;
+            let believed = matches!(closure.verdict, Verdict::Accepted { .. }) && !gone;
+            let borne_out = if believed { self.borne_out(&closure)? } else { None };
+            if let Some(displacement) = borne_out {
+                let (map, _, _) = self.mapper.charted();
+                let link = map.recognize(closure.place, closure.known, displacement).map_err(MapperError::from)?;
                 self.changes.push(Change::LinkRecognized(link));
                 closed = true;
             }
@@ -300,16 +302,32 @@ impl Exploration {
         }
         self.relax()?;
         self.reject_contradicted()?;
-        while let Some((absorbed, kept, offset)) = same::doubled(&self.mapper) {
+        while let Some(Doubled { absorbed, kept, offset, covariance }) = same::doubled(&self.mapper, &self.optimum)? {
             let (map, _, _) = self.mapper.charted();
-            self.explorer.merge(map, absorbed, kept, offset)?;
+            self.explorer.merge(map, absorbed, kept, offset, covariance)?;
             self.relax()?;
             for change in self.explorer.take_changes() {
-                self.follow_merge(absorbed, kept);
+                self.follow_merge(absorbed, kept, covariance);
                 self.changes.push(change);
             }
         }
         Ok(())
+    }
+
+    /// What a closure measures, if the map does not contradict it.
+    ///
+    /// Along an axis of which the views say nothing (see [`local_grid::unseen_by_sonar`]) the displacement is that of the
+    /// map: as unsure as it was measured, so that it holds nothing, but not made up either.
+    fn borne_out(&self, closure: &Closure) -> Result<Option<Displacement>, ExplorationError> {
+        let Closure { place, known, displacement: measured, .. } = *closure;
+        let at = |place| self.mapper.coordinates().map_from_place(place).translation.vector;
+        let believed = at(known) - at(place);
+        let Some(prior) = self.optimum.seen_from(place)?.covariance(known) else { return Ok(Some(measured)) };
+        let off = measured.vector - believed;
+        let Some(information) = (prior + measured.covariance).try_inverse() else { return Ok(None) };
+        let contradicted = (off.transpose() * information * off)[0] > CONTRADICTED;
+        let vector = believed + prior * information * off;
+        Ok((!contradicted).then_some(Displacement { vector, ..measured }))
     }
 
     /// Takes back recognitions that the rest of the map contradicts: all but the recognised links were driven.
@@ -331,13 +349,14 @@ impl Exploration {
         if links.is_empty() { Ok(()) } else { self.relax() }
     }
 
-    fn follow_merge(&mut self, absorbed: PlaceId, kept: PlaceId) {
+    fn follow_merge(&mut self, absorbed: PlaceId, kept: PlaceId, covariance: Matrix2<f64>) {
         let (map, _, trajectory) = self.mapper.charted();
         let Some(PlaceState::Merged { offset, .. }) = map.place(absorbed).map(|place| &place.state) else { return };
         let offset = *offset;
         trajectory.merge(absorbed, kept, offset);
         if let Some(last) = self.last.as_mut().filter(|last| last.place == absorbed) {
-            *last = Known { place: kept, center: last.center - offset, ..*last };
+            let covariance = last.covariance + covariance;
+            *last = Known { place: kept, center: last.center - offset, covariance, ..*last };
         }
     }
 
@@ -358,7 +377,8 @@ impl Exploration {
 
     /// Says which place this is, by what is seen and by where the robot should be.
     fn identify(&mut self, thorough: bool) -> Result<Identity<Arc<Signature>>, ExplorationError> {
-        let identity = same::identify(&self.mapper, self.last.as_ref())?;
+        let identity =
+            same::identify(&self.mapper, &self.optimum, self.last.as_ref(), &self.explorer.options().dead_reckoning)?;
         match identity {
             Identity::Known { place, offset, covariance, .. } => self.stand_at(place, offset, covariance),
             Identity::New { .. } if !thorough => return Ok(Identity::Unsure),

@@ -1,5 +1,5 @@
 use nalgebra::Isometry2;
-use robot_log::local_grid::{Learnt, LocalMapError, Scan, SensorKind};
+use robot_log::local_grid::{Heading, Learnt, LocalMapError, Scan, SensorKind};
 use robot_log::{Entry, EntryKind};
 
 use crate::HeadingMode;
@@ -19,6 +19,8 @@ pub(crate) struct FrontEnd {
     /// The walls along which the robot drives, where no scan is precise enough to be matched.
     walls: WallHeading,
     held_by_walls: bool,
+    /// Whether the walls take the disturbance out of a compass.
+    walls_beside_compass: bool,
     odom_from_robot: Isometry2<f64>,
 }
 
@@ -50,8 +52,14 @@ impl FrontEnd {
             scans_may_hold: matches!(config.heading.source, HeadingMode::Auto | HeadingMode::Structure),
             walls: WallHeading::new(config),
             held_by_walls: false,
+            walls_beside_compass: false,
             odom_from_robot: Isometry2::identity(),
         }
+    }
+
+    /// The same for a robot whose compass is to be freed from its disturbance by the walls beside it.
+    pub(crate) fn with_walls_beside_compass(self) -> Self {
+        Self { walls_beside_compass: self.scans_may_hold, ..self }
     }
 
     /// The front end as it was after the last of some samples.
@@ -85,10 +93,11 @@ impl FrontEnd {
                 self.follow(*odom_from_robot);
                 Ok(Sensed::Nothing)
             }
-            EntryKind::Heading { heading, deviation } => Ok(self
-                .tracker
-                .observe_heading(entry.stamp, *heading, *deviation)
-                .map_or(Sensed::Nothing, Sensed::FrameTurned)),
+            EntryKind::Heading { heading, deviation } => {
+                let turned = self.tracker.observe_heading(entry.stamp, *heading, *deviation);
+                self.hear_compass(*heading, *deviation);
+                Ok(turned.map_or(Sensed::Nothing, Sensed::FrameTurned))
+            }
             EntryKind::Gyro { heading, deviation } => {
                 let turned = self.tracker.observe_gyro(entry.stamp, *heading, *deviation);
                 Ok(turned.map_or(Sensed::Nothing, Sensed::FrameTurned))
@@ -118,9 +127,19 @@ impl FrontEnd {
         self.held_by_walls
     }
 
-    /// What the walls beside the robot say of its heading, where neither compass nor gyro nor laser knows better.
+    /// Lets a compass tie the walls' direction to the world.
+    fn hear_compass(&mut self, reading: Heading, deviation: f64) {
+        if self.walls_beside_compass && self.tracker.has_compass() {
+            let (variance, correlation) = self.tracker.compass_disturbance();
+            let reading = reading + -self.tracker.compass_offset();
+            self.walls.hear_compass(&self.odom_from_robot, reading, variance + deviation.powi(2), correlation);
+        }
+    }
+
+    /// What the walls beside the robot say of its heading, where neither gyro nor laser knows better.
     fn sight_of_walls(&mut self, scan: &Scan) -> Option<Sight> {
-        let known = self.tracker.has_compass() || self.tracker.has_gyro() || self.is_held_by_scans();
+        let by_compass = self.tracker.has_compass() && !self.walls_beside_compass;
+        let known = by_compass || self.tracker.has_gyro() || self.is_held_by_scans();
         let wanted = self.scans_may_hold && !known && scan.sensor().kind() == SensorKind::Sonar;
         if wanted { self.walls.observe(&self.odom_from_robot, scan) } else { None }
     }
@@ -134,7 +153,10 @@ impl FrontEnd {
             }
         }
         if let Some(sight) = self.sight_of_walls(scan) {
-            self.tracker.turn_by_walls(sight.turn, sight.variance);
+            let held = Heading::from_radians(self.odom_from_robot.rotation.angle()) + sight.turned;
+            let track = Heading::from_radians(self.tracker.track_from_robot().rotation.angle());
+            let turn = if self.tracker.has_compass() { held - track } else { sight.turn };
+            self.tracker.turn_by_walls(turn, sight.variance);
             self.held_by_walls = true;
         }
         let track_from_robot = self.tracker.track_from_robot();

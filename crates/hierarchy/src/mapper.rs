@@ -128,6 +128,12 @@ impl Mapper {
         })
     }
 
+    /// An empty map for a robot that explores. Its compass is freed from its disturbance by the walls along which it drives.
+    pub(crate) fn exploring(config: Config) -> Result<Self, MapperError> {
+        let empty = Self::new(config)?;
+        Ok(Self { front_end: empty.front_end.with_walls_beside_compass(), ..empty })
+    }
+
     /// Takes in one entry; all levels are consistent when it returns.
     ///
     /// # Errors

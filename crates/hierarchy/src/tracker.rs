@@ -296,7 +296,18 @@ impl Tracker {
     pub(crate) fn turn_by_walls(&mut self, turn: f64, variance: f64) {
         // The place was left with a heading of its own, about as uncertain.
         self.since_place.turn_variance = self.since_place.turn_variance.min(2.0 * variance);
+        self.heading_variance = self.heading_variance.min(variance);
         self.turn_in_place(turn);
+    }
+
+    /// The variance of a compass' disturbance, rad², and over how many metres it is the same.
+    pub(crate) fn compass_disturbance(&self) -> (f64, f64) {
+        (self.noise.compass_disturbance, self.noise.compass_correlation)
+    }
+
+    /// What the compass reads more than the track frame's heading.
+    pub(crate) fn compass_offset(&self) -> f64 {
+        self.compass_offset
     }
 
     /// Turns the robot, and nothing before.

@@ -8,6 +8,7 @@ mod blind_robot;
 mod doors;
 mod edits;
 mod explain;
+mod exploration;
 mod live_map;
 mod logs;
 mod office_loop;

@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 use local_grid::{Fuzzy, Heading, LaserRay, Scan, SensorKind, SonarCone, WorkingGrid, WorkingGridOptions};
 use nalgebra::{Isometry2, Matrix2, Point2, Vector2};
 
-use crate::{Displacement, FeatureOptions, LinkId, MapError, OpenSpace, PeakOptions, PlaceId, RangeRose, TopoMap};
+use crate::{
+    DeadReckoning, Displacement, FeatureOptions, LinkId, MapError, OpenSpace, PeakOptions, PlaceId, RangeRose, TopoMap,
+};
 
 pub use message::{Change, Command, Firing, Identity, Observation};
 pub use obstacles::ObstacleOptions;
@@ -31,8 +33,8 @@ pub struct ExplorerOptions {
     pub arrival: f64,
     /// A predicted place that can be approached only this near, in metres, counts as reached.
     pub near_enough: f64,
-    /// The variance that travelling adds to a displacement, in m² per metre driven.
-    pub variance_per_metre: f64,
+    /// What travelling adds to the uncertainty of a displacement.
+    pub dead_reckoning: DeadReckoning,
     /// How many times the sensors fire at a new place, turned by one more step each time.
     pub survey_firings: u32,
     /// That step, in radians.
@@ -82,7 +84,7 @@ impl Default for ExplorerOptions {
             predicted_sigma: 0.25,
             arrival: 0.12,
             near_enough: 0.35,
-            variance_per_metre: 0.0025,
+            dead_reckoning: DeadReckoning::default(),
             survey_firings: 3,
             survey_step: 7.5_f64.to_radians(),
             survey: SurveyMotion::Turret,
@@ -242,10 +244,11 @@ impl Explorer {
         self.here.map(|here| here.place)
     }
 
-    /// Merges two visited places that coordinates and views now say are one, `absorbed` lying at `offset` metres from `kept`.
+    /// Merges two visited places that coordinates and views now say are one, `absorbed` lying at `offset` metres from `kept`,
+    /// known to `covariance` (m²).
     ///
-    /// The explorer may be at the place that is no more, or on the way to it: it then finds itself at the other one, and
-    /// chooses anew where to go.
+    /// The explorer may be at one of them, or on the way to it: it then finds itself at the one that is kept, and chooses anew
+    /// where to go.
     ///
     /// # Errors
     ///
@@ -256,16 +259,18 @@ impl Explorer {
         absorbed: PlaceId,
         kept: PlaceId,
         offset: Vector2<f64>,
+        covariance: Matrix2<f64>,
     ) -> Result<(), ExploreError> {
-        map.merge(absorbed, kept, offset)?;
+        map.merge(absorbed, kept, offset, covariance)?;
         self.changes.push(Change::PlaceMerged { absorbed, kept });
         if let Some(here) = self.here.as_mut().filter(|here| here.place == absorbed) {
             here.place = kept;
             here.center -= offset;
+            here.covariance += covariance;
         }
         let asked = self.asked.remove(&absorbed).unwrap_or_default();
         self.asked.entry(kept).or_default().extend(asked);
-        if matches!(&self.phase, Phase::Traveling(travel) if travel.passes(absorbed)) {
+        if matches!(&self.phase, Phase::Traveling(travel) if travel.passes(absorbed) || travel.passes(kept)) {
             self.phase = Phase::Choosing;
         }
         travel::drop_idle_predictions(map, kept)
@@ -400,9 +405,9 @@ impl Explorer {
     /// Where a point at `center` in the track frame lies, seen from the place that the robot was last at.
     fn displacement_to(&self, here: &Here, center: Point2<f64>, covariance: Matrix2<f64>) -> Displacement {
         // At least a centimetre: also a robot that did not move is not at the centre to the micrometre.
-        let traveled = Matrix2::identity() * (here.driven * self.options.variance_per_metre + 1e-4);
-        let covariance = here.covariance + covariance + traveled;
-        Displacement { vector: center - here.center, covariance, turn: None }
+        let vector = center - here.center;
+        let traveled = self.options.dead_reckoning.covariance(vector, here.driven) + Matrix2::identity() * 1e-4;
+        Displacement { vector, covariance: here.covariance + covariance + traveled, turn: None }
     }
 }
 
@@ -415,7 +420,8 @@ impl ExplorerOptions {
             ("predicted_sigma", self.predicted_sigma),
             ("arrival", self.arrival),
             ("near_enough", self.near_enough),
-            ("variance_per_metre", self.variance_per_metre),
+            ("dead_reckoning.along", self.dead_reckoning.along),
+            ("dead_reckoning.sideways", self.dead_reckoning.sideways),
             ("survey_step", self.survey_step),
             ("stride", self.stride),
         ];

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod dead_reckoning;
 mod explore;
 mod link;
 mod localize;
@@ -11,6 +12,7 @@ mod range_rose;
 mod route;
 mod signature_index;
 
+pub use dead_reckoning::DeadReckoning;
 pub use explore::{
     Change, Command, ExploreError, Explorer, ExplorerOptions, Firing, Identity, Observation, ObstacleOptions,
     SurveyMotion,

@@ -1,5 +1,5 @@
 use local_grid::Heading;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::{Displacement, DisplacementError, Link, LinkId, LinkOrigin, LinkState, Place, PlaceId, PlaceState};
 
@@ -382,15 +382,22 @@ impl<S> TopoMap<S> {
         Ok(())
     }
 
-    /// `absorbed` turned out to be `kept`, its centre lying `offset` (m, in the axes of `kept`) from that of `kept`.
+    /// `absorbed` turned out to be `kept`, its centre lying `offset` (m, in the axes of `kept`) from that of `kept`, known to
+    /// `covariance` (m²).
     ///
-    /// The links of `absorbed` are bent to end at the centre of `kept`; a link between the two loses its meaning and is
-    /// rejected. This cannot be undone: what should stay revocable is a [`Self::recognize`].
+    /// The links of `absorbed` are bent to end at the centre of `kept`, and are as much less sure as the offset is unsure; a
+    /// link between the two loses its meaning and is rejected. This cannot be undone: what should stay revocable is a [`Self::recognize`].
     ///
     /// # Errors
     ///
     /// A place does not exist or is gone, both are the same, `kept` was not visited, or the offset is not finite.
-    pub fn merge(&mut self, absorbed: PlaceId, kept: PlaceId, offset: Vector2<f64>) -> Result<(), MapError> {
+    pub fn merge(
+        &mut self,
+        absorbed: PlaceId,
+        kept: PlaceId,
+        offset: Vector2<f64>,
+        covariance: Matrix2<f64>,
+    ) -> Result<(), MapError> {
         self.check_measurement(absorbed, kept, &Displacement::isotropic(offset, 1.0))?;
         self.check_alive(absorbed)?;
         self.check_visited(kept)?;
@@ -404,7 +411,9 @@ impl<S> TopoMap<S> {
             // Seen from its far end, the link's tip moves from the centre of `absorbed` to that of `kept`.
             let (far, mut seen) = (link.other_end(absorbed), link.displacement_from(link.other_end(absorbed)));
             let turn = seen.turn.map_or(0.0, |turn| turn.change);
-            seen.vector -= nalgebra::Rotation2::new(turn) * offset;
+            let turn = nalgebra::Rotation2::new(turn);
+            seen.vector -= turn * offset;
+            seen.covariance += turn * covariance * turn.transpose();
             (link.from, link.to, link.displacement) = (far, kept, seen);
             self.incident[kept.index()].push(id);
         }

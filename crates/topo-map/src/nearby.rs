@@ -1,6 +1,6 @@
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use crate::{Identity, Link, PlaceId, PlaceLikelihood, TopoMap};
+use crate::{Identity, PlaceId, PlaceLikelihood, TopoMap};
 
 /// When a spot counts as a known place, for a robot that knows roughly where it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,9 +8,7 @@ use crate::{Identity, Link, PlaceId, PlaceLikelihood, TopoMap};
 pub struct NearbyOptions {
     /// Within so many metres of its centre the robot is at a place.
     pub place_radius: f64,
-    /// How much the uncertainty between two places grows per metre of the way between them, in m².
-    pub variance_per_metre: f64,
-    /// The uncertainty that is always there, in m².
+    /// The uncertainty between two places that is always there, in m².
     pub least_variance: f64,
     /// The greatest squared Mahalanobis distance between where a view puts the robot and where it should be.
     pub gate: f64,
@@ -26,7 +24,6 @@ impl Default for NearbyOptions {
     fn default() -> Self {
         Self {
             place_radius: 0.6,
-            variance_per_metre: 0.008,
             least_variance: 0.002,
             gate: 9.21,
             trusted_sigma: 0.45,
@@ -51,9 +48,9 @@ pub struct Supposed {
 /// by view together, lies within a place's radius.
 ///
 /// `position` gives the coordinates of visited places. `compare` compares the present view with a place's and is only
-/// called for those that may be in question. How far coordinates are trusted follows from the length of the way through
-/// the map between the place last known and the one in question: where a loop is about to close that is long, and only
-/// a view that speaks for the place clearly is believed.
+/// called for those that may be in question. `between` is the covariance in m² of the position of a place relative to the
+/// one last known, by all links of the map, and `None` where none leads: where a loop is about to close it is large, and
+/// only a view that speaks for the place clearly is believed.
 ///
 /// An ambiguous view, as along a corridor, says so by its covariance, and then leaves the ambiguous axis to the
 /// coordinates.
@@ -63,17 +60,16 @@ pub fn identify_nearby<S>(
     signature: S,
     options: &NearbyOptions,
     position: impl Fn(PlaceId) -> Option<Point2<f64>>,
+    between: impl Fn(PlaceId) -> Option<Matrix2<f64>>,
     compare: impl Fn(PlaceId, &S) -> Option<PlaceLikelihood>,
 ) -> Identity<S> {
     let Some(from) = position(supposed.place) else { return Identity::New { signature } };
     let estimate = from + supposed.offset;
-    let ways = map.distances_from(supposed.place, Link::distance);
     let mut best: Option<(f64, Identity<S>)> = None;
     for place in map.places() {
         let (Some(known), Some(center)) = (place.signature(), position(place.id)) else { continue };
-        let Some(way) = ways.get(place.id.index()).copied().filter(|way| way.is_finite()) else { continue };
-        let between = options.least_variance + options.variance_per_metre * way;
-        let prior = supposed.covariance + Matrix2::identity() * between;
+        let Some(between) = between(place.id) else { continue };
+        let prior = supposed.covariance + between + Matrix2::identity() * options.least_variance;
         let offset = estimate - center;
         if offset.norm() > options.place_radius + 3.0 * prior.symmetric_eigenvalues().max().sqrt() {
             continue;
@@ -148,6 +144,11 @@ mod tests {
         (map, |place: PlaceId| Some(Point2::new(f64::from(place.0), 0.0)))
     }
 
+    /// What the links of the corridor say of two places in it, were they as unsure across it as along it.
+    fn between(from: u32) -> impl Fn(PlaceId) -> Option<Matrix2<f64>> {
+        move |place: PlaceId| Some(Matrix2::identity() * (0.01 * f64::from(place.0.abs_diff(from))))
+    }
+
     fn at(place: u32, x: f64) -> Supposed {
         let covariance = Matrix2::identity() * (0.005 * x.abs());
         Supposed { place: PlaceId(place), offset: Vector2::new(x, 0.0), covariance }
@@ -169,7 +170,7 @@ mod tests {
     fn nearby_coordinates_are_enough_where_there_is_nothing_to_see() {
         let (map, position) = corridor();
         let options = NearbyOptions::default();
-        let identity = identify_nearby(&map, &at(3, 1.2), 99, &options, &position, |_, _| None);
+        let identity = identify_nearby(&map, &at(3, 1.2), 99, &options, &position, between(3), |_, _| None);
         let (place, offset) = known(&identity).unwrap();
         assert_eq!(place, 4);
         approx::assert_relative_eq!(offset, 0.2, epsilon = 1e-12);
@@ -180,7 +181,7 @@ mod tests {
         let (map, position) = corridor();
         let options = NearbyOptions::default();
         let slid = |place, _: &u32| Some(view(place, 50.0, 0.4));
-        let identity = identify_nearby(&map, &at(39, 1.0), 99, &options, &position, slid);
+        let identity = identify_nearby(&map, &at(39, 1.0), 99, &options, &position, between(39), slid);
         assert_eq!(identity, Identity::New { signature: 99 });
     }
 
@@ -191,7 +192,7 @@ mod tests {
         let options = NearbyOptions::default();
         let around = Supposed { offset: Vector2::new(-38.8, 0.0), ..at(39, 1.0) };
         let with = |ratio: f64| {
-            identify_nearby(&map, &around, 99, &options, &position, |place, _| {
+            identify_nearby(&map, &around, 99, &options, &position, between(39), |place, _| {
                 (place == PlaceId(0)).then(|| view(place, ratio, 0.05))
             })
         };

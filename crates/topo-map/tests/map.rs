@@ -1,7 +1,7 @@
 //! The graph: what it keeps, fuses, bends and refuses.
 
 use local_grid::Heading;
-use local_grid::nalgebra::Vector2;
+use local_grid::nalgebra::{Matrix2, Vector2};
 use topo_map::{Displacement, LinkId, LinkOrigin, LinkState, MapError, PlaceId, PlaceState, TopoMap};
 
 fn east(distance: f64) -> Displacement {
@@ -120,14 +120,14 @@ fn merging_bends_the_links_to_the_kept_centre() {
     // A fifth place after the fourth turns out to be the first, 0.2 m east of its centre.
     let fifth = map.add_place(()).unwrap();
     let closing = map.travel(PlaceId(3), fifth, Displacement::isotropic(Vector2::new(0.2, -1.0), 0.01)).unwrap();
-    map.merge(fifth, PlaceId(0), Vector2::new(0.2, 0.0)).unwrap();
+    map.merge(fifth, PlaceId(0), Vector2::new(0.2, 0.0), Matrix2::identity() * 0.01).unwrap();
     let bent = map.link(closing).unwrap();
     assert_eq!((bent.from, bent.to), (PlaceId(3), PlaceId(0)));
     approx::assert_relative_eq!(bent.displacement.vector, Vector2::new(0.0, -1.0), epsilon = 1e-12);
     assert_eq!(map.resolve(fifth), PlaceId(0));
     assert_eq!(map.n_visited(), 4);
     assert!(matches!(map.place(fifth).unwrap().state, PlaceState::Merged { into: PlaceId(0), .. }));
-    assert_eq!(map.merge(fifth, PlaceId(0), Vector2::zeros()), Err(MapError::Gone(fifth)));
+    assert_eq!(map.merge(fifth, PlaceId(0), Vector2::zeros(), Matrix2::zeros()), Err(MapError::Gone(fifth)));
     assert_eq!(map.bridges(), []);
 }
 
@@ -151,7 +151,7 @@ fn parts_make_the_same_map_and_wrong_parts_none() {
     let mut map = open_square();
     let fifth = map.add_place(()).unwrap();
     map.travel(PlaceId(3), fifth, north(-1.0)).unwrap();
-    map.merge(fifth, PlaceId(0), Vector2::zeros()).unwrap();
+    map.merge(fifth, PlaceId(0), Vector2::zeros(), Matrix2::zeros()).unwrap();
     let (places, mut links) = (map.places().to_vec(), map.links().to_vec());
     assert_eq!(TopoMap::from_parts(places.clone(), links.clone()), Ok(map));
     links[1].to = PlaceId(99);

@@ -1,6 +1,6 @@
-use nalgebra::Point2;
-use relaxation::{Incremental, NetworkError, Spring};
-use topo_map::TopoMap;
+use nalgebra::{Matrix2, Point2};
+use relaxation::{Anchor, Covariance, Incremental, NetworkError, Spring};
+use topo_map::{PlaceId, TopoMap};
 
 use crate::problem::spring;
 
@@ -33,6 +33,29 @@ impl Optimum {
         }
         Ok(self.network.positions())
     }
+
+    /// How surely each place is known, seen from one of them, by all links together; see [`Seen::covariance`].
+    pub(super) fn seen_from(&self, place: PlaceId) -> Result<Seen, NetworkError> {
+        let anchor = Anchor { node: place.index(), position: Point2::origin() };
+        let network = self.network.to_network().with_anchors(&[anchor])?;
+        let covariance = Covariance::new(&network);
+        let component = network.component(place.index());
+        let node = |node: usize| (network.component(node) == component).then(|| covariance.node(node));
+        Ok(Seen { covariances: (0..network.len()).map(node).collect() })
+    }
+}
+
+/// The places as they are known from one of them.
+#[derive(Debug)]
+pub(super) struct Seen {
+    covariances: Vec<Option<Matrix2<f64>>>,
+}
+
+impl Seen {
+    /// The covariance of a place's position relative to the one seen from, in m²; `None` where no links lead.
+    pub(super) fn covariance(&self, place: PlaceId) -> Option<Matrix2<f64>> {
+        *self.covariances.get(place.index())?
+    }
 }
 
 #[cfg(test)]
@@ -61,7 +84,7 @@ mod tests {
         map.travel(second, first, step(-1.0, 0.0)).unwrap(); // measured again: its spring changes
         let fourth = map.add_place(3).unwrap();
         map.travel(second, fourth, step(0.1, 0.0)).unwrap();
-        map.merge(fourth, second, Vector2::new(0.1, 0.0)).unwrap();
+        map.merge(fourth, second, Vector2::new(0.1, 0.0), Matrix2::zeros()).unwrap();
         let followed = optimum.follow(&map).unwrap().to_vec();
         let solved = relaxation::optimum(&network(&map).unwrap()).unwrap();
         for place in [first, second, third] {

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use local_grid::{AlignOptions, Signature, align, unseen_by_sonar};
+use local_grid::{AlignOptions, Ambiguity, Signature, align, unseen_by_sonar};
 use nalgebra::{Matrix2, Point2, Vector2};
-use topo_map::{Identity, NearbyOptions, Place, PlaceId, PlaceLikelihood, Supposed, identify_nearby};
+use relaxation::NetworkError;
+use topo_map::{DeadReckoning, Identity, NearbyOptions, Place, PlaceId, PlaceLikelihood, Supposed, identify_nearby};
 
-use crate::mapper::{Mapper, MapperError};
-use crate::reach::reach_from;
+use super::ExplorationError;
+use super::optimum::Optimum;
+use crate::mapper::Mapper;
 
 /// Where the robot last knew to be.
 #[derive(Debug, Clone, Copy)]
@@ -25,65 +27,75 @@ pub(super) struct Known {
 
 impl Known {
     /// How surely the robot is known, seen from this place, when it has come `to` somewhere and `driven` so far.
-    ///
-    /// Wheels count metres well, but a heading that is wrong for some metres carries the robot sideways; what was driven
-    /// beyond the straight line went into all directions.
-    fn uncertainty(&self, to: Point2<f64>, driven: f64) -> Matrix2<f64> {
-        let moved = to - self.at;
-        let straight = moved.norm().min(driven);
-        let ahead = moved.try_normalize(1e-6).unwrap_or_else(Vector2::zeros);
-        let side = Vector2::new(-ahead.y, ahead.x);
-        let isotropic = Matrix2::identity() * (0.5 * (ALONG + SIDEWAYS) * (driven - straight));
-        self.covariance
-            + ahead * ahead.transpose() * (ALONG * straight)
-            + side * side.transpose() * (SIDEWAYS * straight)
-            + isotropic
+    fn uncertainty(&self, to: Point2<f64>, driven: f64, model: &DeadReckoning) -> Matrix2<f64> {
+        self.covariance + model.covariance(to - self.at, driven)
     }
 }
-
-/// Variance of dead reckoning in m² per metre driven along the way (3 % of a metre) and across it (a heading wrong by 3 to
-/// 4° over some metres).
-const ALONG: f64 = 0.0008;
-const SIDEWAYS: f64 = 0.012;
 
 /// The score of the alignment of two unlike views.
 const UNLIKE: f64 = 0.55;
 /// The least standard deviation of an alignment of sonar views, in metres: the echoes travel along with the robot, so that
 /// views taken half a metre apart seem nearer than they are (measured on simulated Polaroids: 0.2 to 0.3 m).
 const ALIGNMENT_FLOOR: f64 = 0.3;
+/// The standard deviation of a guess, in metres: so large that it moves nothing.
+const GUESS: f64 = 10.0;
 /// Visited places that lie so near to each other, in metres, are one...
-const DOUBLED: f64 = 0.65;
+const DOUBLED: f64 = 0.75;
 /// ...if their relative position is so well known, in metres...
-const SURE: f64 = 0.6;
+const SURE: f64 = 0.45;
 /// ...and their views are not this much likelier at different places.
 const DIFFERENT: f64 = 0.5;
 
 /// Compares the view with those of the places near where the robot should be.
-pub(super) fn identify(mapper: &Mapper, last: Option<&Known>) -> Result<Identity<Arc<Signature>>, MapperError> {
+pub(super) fn identify(
+    mapper: &Mapper,
+    optimum: &Optimum,
+    last: Option<&Known>,
+    model: &DeadReckoning,
+) -> Result<Identity<Arc<Signature>>, ExplorationError> {
     let travelled = mapper.tracker().travelled();
-    let view = mapper.view(travelled - mapper.config().places.spacing_m)?;
+    let view = mapper.view(travelled - mapper.config().places.spacing_m).map_err(ExplorationError::from)?;
     let Some(last) = last else { return Ok(Identity::New { signature: view }) };
     let at = Point2::from(mapper.track_from_robot().translation.vector);
-    let covariance = last.uncertainty(at, travelled - last.travelled);
+    let covariance = last.uncertainty(at, travelled - last.travelled, model);
     let supposed = Supposed { place: last.place, offset: at - last.center, covariance };
     let position = |place: PlaceId| Some(position(mapper, place));
     let compare = |place, signature: &Arc<Signature>| compare(place, signature, &view);
+    let seen = optimum.seen_from(last.place)?;
+    let between = |place| seen.covariance(place);
     let options = NearbyOptions::default();
-    Ok(identify_nearby(mapper.topology(), &supposed, Arc::clone(&view), &options, position, compare))
+    Ok(identify_nearby(mapper.topology(), &supposed, Arc::clone(&view), &options, position, between, compare))
 }
 
-/// Two visited places that are one: the newer, the older, and where the newer lies in the older.
-pub(super) fn doubled(mapper: &Mapper) -> Option<(PlaceId, PlaceId, Vector2<f64>)> {
+/// Two visited places that are one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Doubled {
+    /// The newer of the two...
+    pub(super) absorbed: PlaceId,
+    /// ...and the older.
+    pub(super) kept: PlaceId,
+    /// Where the newer lies in the older, in metres, and the covariance of that, in m².
+    pub(super) offset: Vector2<f64>,
+    pub(super) covariance: Matrix2<f64>,
+}
+
+/// Two visited places that are one, if there are any.
+pub(super) fn doubled(mapper: &Mapper, optimum: &Optimum) -> Result<Option<Doubled>, NetworkError> {
     let visited = in_order_of_visits(mapper);
     for (index, newer) in visited.iter().enumerate() {
         for older in &visited[..index] {
             let offset = position(mapper, newer.id) - position(mapper, older.id);
-            if offset.norm() < DOUBLED && is_one(mapper, newer, older) {
-                return Some((newer.id, older.id, offset));
+            if offset.norm() >= DOUBLED || !look_alike(newer, older) {
+                continue;
+            }
+            let covariance = optimum.seen_from(older.id)?.covariance(newer.id);
+            let sure = |c: &Matrix2<f64>| c.symmetric_eigenvalues().max() <= SURE.powi(2);
+            if let Some(covariance) = covariance.filter(sure) {
+                return Ok(Some(Doubled { absorbed: newer.id, kept: older.id, offset, covariance }));
             }
         }
     }
-    None
+    Ok(None)
 }
 
 /// The visited places, in the order in which the robot came to them first.
@@ -94,11 +106,9 @@ fn in_order_of_visits(mapper: &Mapper) -> Vec<&Place<Arc<Signature>>> {
     first.filter_map(|anchor| mapper.topology().place(anchor.place)).filter(|place| place.is_visited()).collect()
 }
 
-fn is_one(mapper: &Mapper, newer: &Place<Arc<Signature>>, older: &Place<Arc<Signature>>) -> bool {
-    let reach = reach_from(mapper.topology(), newer.id, &[older.id]);
-    let sure = reach[0].is_some_and(|reach| reach.position_variance <= SURE * SURE);
+fn look_alike(newer: &Place<Arc<Signature>>, older: &Place<Arc<Signature>>) -> bool {
     let (Some(new), Some(old)) = (newer.signature(), older.signature()) else { return false };
-    sure && compare(older.id, old, new).is_none_or(|likeness| likeness.ratio >= DIFFERENT)
+    compare(older.id, old, new).is_none_or(|likeness| likeness.ratio >= DIFFERENT)
 }
 
 fn position(mapper: &Mapper, place: PlaceId) -> Point2<f64> {
@@ -109,8 +119,18 @@ fn position(mapper: &Mapper, place: PlaceId) -> Point2<f64> {
 fn compare(place: PlaceId, known: &Signature, view: &Signature) -> Option<PlaceLikelihood> {
     let found = align(known, view, &AlignOptions::default());
     let ratio = (12.0 * (found.score - UNLIKE) - 4.0 * found.contradiction).exp();
-    let floor = Matrix2::identity() * ALIGNMENT_FLOOR.powi(2) + unseen_by_sonar(known);
+    let floor = Matrix2::identity() * ALIGNMENT_FLOOR.powi(2) + unseen_by_sonar(known) + unsaid(&found.ambiguity);
     let covariance = found.covariance.fixed_view::<2, 2>(0, 0).into_owned() + floor;
     let offset: Vector2<f64> = found.offset;
     (found.score > 0.0).then_some(PlaceLikelihood { place, ratio, offset, covariance, turn: found.turn })
+}
+
+/// What is to be added, in m², along the axes of which an alignment itself says that it is a guess: the window's own width
+/// is no measurement, and guessed often enough it would count as one.
+fn unsaid(ambiguity: &Ambiguity) -> Matrix2<f64> {
+    match ambiguity {
+        Ambiguity::None => Matrix2::zeros(),
+        Ambiguity::Along(axis) => axis.unit_vector() * axis.unit_vector().transpose() * GUESS.powi(2),
+        Ambiguity::Everywhere => Matrix2::identity() * GUESS.powi(2),
+    }
 }

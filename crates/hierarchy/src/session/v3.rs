@@ -204,7 +204,7 @@ impl StoredView {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Isometry2;
+    use nalgebra::{Isometry2, Matrix2};
     use robot_log::{Entry, EntryKind};
     use topo_map::Displacement;
 
@@ -226,7 +226,7 @@ mod tests {
         let (expected, _) = map.predict_place(first, step(0.0, 1.0), 0.7).unwrap();
         let (refuted, _) = map.predict_place(first, step(0.0, -1.0), 0.6).unwrap();
         map.refute(refuted).unwrap();
-        map.merge(second, first, Vector2::new(0.2, 0.1)).unwrap();
+        map.merge(second, first, Vector2::new(0.2, 0.1), Matrix2::zeros()).unwrap();
         coordinates.settle(map, &[]);
         let mut bytes = Vec::new();
         mapper.save(&mut bytes).unwrap();

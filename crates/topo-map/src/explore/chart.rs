@@ -1,5 +1,5 @@
 use local_grid::Heading;
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::travel::{Hop, Travel, drop_idle_predictions};
 use super::{Change, ExploreError, Explorer, Here, Obstacles, Phase};
@@ -147,7 +147,7 @@ impl Explorer {
             let Some((known, center)) = nearest.filter(|(_, center)| off(center) < SAME * self.options.spacing) else {
                 continue;
             };
-            map.merge(place, *known, at - center)?;
+            map.merge(place, *known, at - center, Matrix2::zeros())?;
             self.changes.push(Change::PlaceMerged { absorbed: place, kept: *known });
             drop_idle_predictions(map, *known)?;
         }

@@ -277,7 +277,7 @@ impl Explorer {
                 let Some(known) = map.link(link) else { return Ok(()) };
                 let believed = known.displacement_from(here.place);
                 map.revisit(to)?;
-                let driven = Matrix2::identity() * (here.driven * self.options.variance_per_metre);
+                let driven = self.options.dead_reckoning.covariance(believed.vector, here.driven);
                 self.stand_at(to, here.center + believed.vector, here.covariance + driven);
             }
         }
@@ -314,7 +314,7 @@ impl Explorer {
                 let center = self.at() - offset;
                 if predicted {
                     let target = travel.target.unwrap_or(self.at());
-                    map.merge(to, place, target - center)?;
+                    map.merge(to, place, target - center, Matrix2::zeros())?;
                     self.changes.push(Change::PlaceMerged { absorbed: to, kept: place });
                 } else if place != to {
                     self.block(map, link)?;

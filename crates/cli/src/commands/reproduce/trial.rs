@@ -299,7 +299,7 @@ fn draw(mapper: &Mapper, scans: &[(usize, Isometry2<f64>)]) -> Result<FuzzyGrid,
 }
 
 fn score(gridmap: &FuzzyGrid, world: &World, truth_from_map: &Isometry2<f64>) -> GridScore {
-    let crisp = occupancy(gridmap, &CrispOptions::default());
+    let crisp = occupancy(gridmap, &CrispOptions::for_map(gridmap));
     let MapMatch { walls, free_iou, .. } = compare_maps(&crisp, &true_map(world), truth_from_map);
     let within = walls.iter().find(|walls| walls.tolerance_m == 0.2).copied();
     let known: Vec<f64> = gridmap
