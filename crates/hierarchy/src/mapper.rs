@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use global_grid::{Calculus, GridOptions};
-use nalgebra::{Isometry2, Matrix2, Point2};
-use robot_log::local_grid::{FrameError, FuzzyGrid, SensorKind, Signature, hidden_from_sonar};
+use nalgebra::{Isometry2, Point2};
+use robot_log::local_grid::{FrameError, FuzzyGrid, Signature};
 use robot_log::{Entry, EntryKind};
 use topo_map::{Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, TopoMap, Turn};
 
@@ -365,21 +365,11 @@ impl Mapper {
         for closure in closures.iter_mut().filter(|closure| closure.is_accepted()) {
             match verify::by_walls(&self.trajectory, closure) {
                 Verification::Borne(displacement) => closure.displacement = displacement,
-                Verification::Silent => closure.displacement.covariance += self.concealed(closure.place),
+                Verification::Silent => {}
                 Verification::Refuted(score) => closure.verdict = Verdict::WallsDiffer { score },
             }
         }
         closures
-    }
-
-    /// What a robot with nothing but sonars cannot tell of where its view of a place was taken, in m²: along a corridor an
-    /// alignment of views looks surer than it is.
-    fn concealed(&self, place: PlaceId) -> Matrix2<f64> {
-        let anchor = self.trajectory.anchors().iter().find(|anchor| anchor.place == place);
-        let sample = anchor.and_then(|anchor| self.trajectory.samples().get(anchor.sample.saturating_sub(1)));
-        let hears = sample.is_some_and(|sample| sample.scan.sensor().kind() == SensorKind::Sonar);
-        let view = self.map.place(place).and_then(|place| place.signature()).filter(|_| hears);
-        view.map_or_else(Matrix2::zeros, |view| hidden_from_sonar(view) * ALONG.powi(2))
     }
 
     /// Takes back closures that the relaxed map contradicts: one of them outvoted by the rest, by truncated least squares.
@@ -613,8 +603,6 @@ impl Mapper {
 const HOLDS: usize = 30;
 /// Squared normalised residual from which a closure is under suspicion: 99.9 % of χ² with three degrees of freedom.
 const SUSPICIOUS: f64 = 16.27;
-/// What closures by sonar are off along a corridor, as a standard deviation in metres: measured in simulated ones.
-const ALONG: f64 = 0.8;
 /// The least standard deviation of a link, in metres: no two visits to a place see exactly the same.
 const POSITION_FLOOR: f64 = 0.02;
 /// The least variance of a turn between places, in rad²: (0.3°)².

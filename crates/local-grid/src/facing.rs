@@ -32,19 +32,12 @@ pub fn facing(view: &Signature) -> Option<Matrix2<f64>> {
 /// added to the alignment's own.
 #[must_use]
 pub fn unseen_by_sonar(view: &Signature) -> Matrix2<f64> {
-    hidden_from_sonar(view) * UNKNOWN.powi(2)
-}
-
-/// The axes along which sonars cannot tell where a view was taken: `Σ b a aᵀ` over the axes `a` of [`facing`], with `b`
-/// between 0 (well seen) and 1 (no surface faces into it).
-#[must_use]
-pub fn hidden_from_sonar(view: &Signature) -> Matrix2<f64> {
-    let Some(facing) = facing(view) else { return Matrix2::identity() };
+    let Some(facing) = facing(view) else { return Matrix2::identity() * UNKNOWN.powi(2) };
     let eigen = facing.symmetric_eigen();
     (0..2).fold(Matrix2::zeros(), |sum, axis| {
         let blindness = ((SEEN - eigen.eigenvalues[axis]) / (SEEN - UNSEEN)).clamp(0.0, 1.0);
         let along = eigen.eigenvectors.column(axis);
-        sum + along * along.transpose() * blindness
+        sum + along * along.transpose() * (blindness * UNKNOWN.powi(2))
     })
 }
 

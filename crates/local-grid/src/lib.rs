@@ -18,7 +18,7 @@ mod working;
 
 pub use align::{AlignOptions, Alignment, Ambiguity, align};
 pub use evidence::{Bayes, Cell, DempsterShafer, Evidence, Fuzzy, Union};
-pub use facing::{facing, hidden_from_sonar, unseen_by_sonar};
+pub use facing::{facing, unseen_by_sonar};
 pub use frame::{FrameError, GridFrame};
 pub use grid::{FuzzyGrid, Grid};
 pub use heading::Heading;
