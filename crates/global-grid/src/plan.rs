@@ -4,6 +4,8 @@ mod dilate;
 mod driven;
 mod search;
 
+use std::collections::BTreeSet;
+
 use local_grid::nalgebra::Point2;
 use local_grid::{FuzzyGrid, Grid};
 
@@ -11,7 +13,7 @@ use crate::Exposure;
 use crate::derived::{Norm, derive};
 use dilate::dilate;
 pub use driven::LONGEST_STEP;
-use search::{costs, search};
+use search::{Flood, search};
 
 /// How a path is found.
 #[derive(Debug, Clone, PartialEq)]
@@ -236,7 +238,28 @@ pub fn plan_over(unsafety: &Grid<f32>, start: Point2<f64>, goal: Point2<f64>, op
 /// start lies outside or is unsafe.
 #[must_use]
 pub fn costs_from(unsafety: &Grid<f32>, start: Point2<f64>, options: &PlanOptions) -> Option<Grid<f64>> {
-    Some(costs(unsafety, safe_cell(unsafety, start, options)?, options))
+    Some(Flood::from(unsafety, safe_cell(unsafety, start, options)?, options, |_| false).costs)
+}
+
+/// The cheapest ways from `start` to each of several goals, as [`plan`] finds them; `None` for those that cannot be reached.
+/// No farther cells are looked at than the farthest goal.
+#[must_use]
+pub fn ways_from(
+    unsafety: &Grid<f32>,
+    start: Point2<f64>,
+    goals: &[Point2<f64>],
+    options: &PlanOptions,
+) -> Vec<Option<Path>> {
+    let Some(from) = safe_cell(unsafety, start, options) else { return vec![None; goals.len()] };
+    let cell =
+        |goal: &Point2<f64>| safe_cell(unsafety, *goal, options).map(|(r, c)| r * unsafety.frame().columns() + c);
+    let goals: Vec<Option<usize>> = goals.iter().map(cell).collect();
+    let mut left: BTreeSet<usize> = goals.iter().flatten().copied().collect();
+    let flood = Flood::from(unsafety, from, options, |cell| {
+        left.remove(&cell);
+        left.is_empty()
+    });
+    goals.into_iter().map(|goal| flood.way(unsafety, goal?, options)).collect()
 }
 
 /// The cell of a point, if the robot may be there.

@@ -1,5 +1,5 @@
 use global_grid::Exposure;
-use global_grid::plan::{PlanOptions, costs_from, plan, unsafety};
+use global_grid::plan::{Path, PlanOptions, costs_from, plan, unsafety};
 use hierarchy::local_grid::{Fuzzy, FuzzyGrid, Grid, GridFrame};
 use hierarchy::{Config, Planner, RouteError, regions};
 use nalgebra::Point2;
@@ -49,11 +49,65 @@ fn a_plan_through_regions_is_as_short_as_one_over_all_cells() {
             let cells = global_grid::plan::plan(&grid, *start, *goal, &options).unwrap();
             let (found, least) = (plan.path.length, cells.length);
             assert!(found <= 1.05 * least, "{start} to {goal}: {found} m for {least} m");
+            assert_drivable(&plan.path, &grid, &options);
+            let (cost, cheapest) = (plan.path.cost, cells.cost);
+            assert!(cost <= 1.05 * cheapest, "{start} to {goal}: costs {cost} instead of {cheapest}");
+            assert!(cost >= cheapest - 1e-6, "{start} to {goal}: {cost} is less than the least, {cheapest}");
+            assert_eq!((plan.path.points[0], plan.path.points.last()), (cells.points[0], cells.points.last()));
             assert_eq!(plan.regions.len(), plan.gateways.len() + 1);
+            for (pair, gateway) in plan.regions.windows(2).zip(&plan.gateways) {
+                let joined = map.gateways[*gateway].regions;
+                assert!(joined == [pair[0], pair[1]] || joined == [pair[1], pair[0]], "{pair:?} by {joined:?}");
+            }
             assert_eq!(plan.regions.first(), map.region_at(*start).map(|region| &region.label));
             assert_eq!(plan.regions.last(), map.region_at(*goal).map(|region| &region.label));
         }
     }
+}
+
+/// A way goes from cell to neighbour, over cells that are safe enough, and cuts no corner.
+fn assert_drivable(path: &Path, grid: &FuzzyGrid, options: &PlanOptions) {
+    let unsafety = unsafety(grid, options).unwrap();
+    let risk = |x: f64, y: f64| f64::from(*unsafety.at(Point2::new(x, y)).unwrap());
+    for pair in path.points.windows(2) {
+        let [a, b] = [pair[0], pair[1]];
+        let step = (b - a).amax();
+        assert!(step > 0.0 && step < 1.01 * grid.frame().resolution(), "{a} to {b}");
+        let worst = risk(b.x, b.y).max(risk(a.x, b.y)).max(risk(b.x, a.y));
+        assert!(worst <= options.forbidden + 1e-6, "{worst} from {a} to {b}");
+    }
+    assert!(path.points.iter().all(|p| risk(p.x, p.y) <= path.risk));
+}
+
+/// A hall of 40 × 30 m with pillars of 1 m every 5 m, and three rooms of 4 × 4 m on its left and on its right side each.
+#[test]
+fn plans_across_a_hall_are_nearly_as_short_as_over_all_cells() {
+    let frame = GridFrame::new(Point2::new(-6.0, -1.0), 0.1, 320, 520).unwrap();
+    let mut grid = FuzzyGrid::new(frame);
+    for (index, cell) in grid.cells_mut().iter_mut().enumerate() {
+        let p = frame.center(index / frame.columns(), index % frame.columns());
+        let pillar = p.x.rem_euclid(5.0) < 1.0 && p.y.rem_euclid(5.0) < 1.0 && p.x > 3.0 && p.x < 38.0;
+        let hall = (0.0..40.0).contains(&p.x) && (0.0..30.0).contains(&p.y) && !pillar;
+        let [away, up] = [(p.x - 20.0).abs() - 20.0, p.y.rem_euclid(10.0)];
+        let room = (0.2..4.2).contains(&away) && (3.0..7.0).contains(&up) && (0.0..30.0).contains(&p.y);
+        let door = (0.0..0.2).contains(&away) && (4.5..5.5).contains(&up);
+        let free = hall || room || door && (0.0..30.0).contains(&p.y);
+        *cell = if free { Fuzzy { empty: 0.95, occupied: 0.0 } } else { Fuzzy { empty: 0.0, occupied: 0.95 } };
+    }
+    let (map, options) = (regions(&grid, &[]).unwrap(), PlanOptions::default());
+    let planner = Planner::new(&grid, &map, &options).unwrap();
+    let spots: Vec<Point2<f64>> = map.regions.iter().map(|region| region.inside).collect();
+    let (mut through, mut worst) = (0, 0.0f64);
+    for (k, start) in spots.iter().enumerate() {
+        for goal in &spots[k + 1..] {
+            let found = planner.plan(*start, *goal).unwrap();
+            assert_drivable(&found.path, &grid, &options);
+            through += usize::from(found.regions.len() > 2);
+            worst = worst.max(found.path.cost / plan(&grid, *start, *goal, &options).unwrap().cost - 1.0);
+        }
+    }
+    assert!(through >= 15, "{through} of the pairs of rooms lead through the hall");
+    assert!(worst <= 0.05, "{worst}");
 }
 
 #[test]

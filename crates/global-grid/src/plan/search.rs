@@ -2,6 +2,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use local_grid::Grid;
+use local_grid::nalgebra::Point2;
 
 use super::{Path, PlanError, PlanOptions};
 
@@ -50,28 +51,62 @@ const NEIGHBOURS: [(isize, isize, f64); 8] = {
     ]
 };
 
-/// The cost of the cheapest way from a cell to every cell, infinite where none leads (Dijkstra).
-pub(super) fn costs(unsafety: &Grid<f32>, from: (usize, usize), options: &PlanOptions) -> Grid<f64> {
-    let frame = unsafety.frame();
-    let start = from.0 * frame.columns() + from.1;
-    let mut costs = unsafety.map(|_| f64::INFINITY);
-    let mut open = BinaryHeap::new();
-    costs.cells_mut()[start] = 0.0;
-    open.push(Candidate { bound: 0.0, cost: 0.0, cell: start });
-    while let Some(Candidate { cost, cell, .. }) = open.pop() {
-        if cost > costs.cells()[cell] {
-            continue; // a cheaper way was found meanwhile
-        }
-        for (next, length) in steps(unsafety, cell, options) {
-            let risk = f64::from(unsafety.cells()[next]);
-            let cost = cost + length * frame.resolution() * (1.0 + options.risk_weight * risk);
-            if cost < costs.cells()[next] {
-                costs.cells_mut()[next] = cost;
-                open.push(Candidate { bound: cost, cost, cell: next });
+/// The cheapest ways from a cell to others (Dijkstra).
+pub(super) struct Flood {
+    start: usize,
+    pub(super) costs: Grid<f64>,
+    came_from: Vec<u32>,
+}
+
+impl Flood {
+    /// Floods from a cell, until `enough` says so of a cell whose cheapest way is found; what lies farther keeps no cost, or
+    /// one that is too high.
+    pub(super) fn from(
+        unsafety: &Grid<f32>,
+        from: (usize, usize),
+        options: &PlanOptions,
+        mut enough: impl FnMut(usize) -> bool,
+    ) -> Self {
+        let frame = unsafety.frame();
+        let start = from.0 * frame.columns() + from.1;
+        let mut flood =
+            Self { start, costs: unsafety.map(|_| f64::INFINITY), came_from: vec![u32::MAX; frame.n_cells()] };
+        let mut open = BinaryHeap::new();
+        flood.costs.cells_mut()[start] = 0.0;
+        open.push(Candidate { bound: 0.0, cost: 0.0, cell: start });
+        while let Some(Candidate { cost, cell, .. }) = open.pop() {
+            if cost > flood.costs.cells()[cell] {
+                continue; // a cheaper way was found meanwhile
+            }
+            if enough(cell) {
+                break;
+            }
+            for (next, length) in steps(unsafety, cell, options) {
+                let cost = cost + step_cost(unsafety, next, length, options);
+                if cost < flood.costs.cells()[next] {
+                    flood.costs.cells_mut()[next] = cost;
+                    flood.came_from[next] = narrow(cell);
+                    open.push(Candidate { bound: cost, cost, cell: next });
+                }
             }
         }
+        flood
     }
-    costs
+
+    /// The way to a cell, if the flood came so far.
+    pub(super) fn way(&self, unsafety: &Grid<f32>, to: usize, options: &PlanOptions) -> Option<Path> {
+        let reached = self.costs.cells()[to].is_finite();
+        reached.then(|| trace(unsafety, &self.came_from, (self.start, to), options))
+    }
+}
+
+/// What it costs to enter a cell by a step of so many cells.
+fn step_cost(unsafety: &Grid<f32>, next: usize, length: f64, options: &PlanOptions) -> f64 {
+    length * unsafety.frame().resolution() * (1.0 + options.risk_weight * f64::from(unsafety.cells()[next]))
+}
+
+fn narrow(cell: usize) -> u32 {
+    u32::try_from(cell).expect("a grid has at most 2³² cells")
 }
 
 /// A* from cell to cell over an unsafety map.
@@ -92,17 +127,16 @@ pub(super) fn search(
     open.push(Candidate { bound: left(start), cost: 0.0, cell: start });
     while let Some(Candidate { cost, cell, .. }) = open.pop() {
         if cell == goal {
-            return Ok(trace(unsafety, &came_from, (start, goal), cost));
+            return Ok(trace(unsafety, &came_from, (start, goal), options));
         }
         if cost > costs[cell] {
             continue; // a cheaper way was found meanwhile
         }
         for (next, length) in steps(unsafety, cell, options) {
-            let risk = f64::from(unsafety.cells()[next]);
-            let cost = cost + length * resolution * (1.0 + options.risk_weight * risk);
+            let cost = cost + step_cost(unsafety, next, length, options);
             if cost < costs[next] {
                 costs[next] = cost;
-                came_from[next] = u32::try_from(cell).expect("a grid has at most 2³² cells");
+                came_from[next] = narrow(cell);
                 open.push(Candidate { bound: cost + left(next), cost, cell: next });
             }
         }
@@ -136,16 +170,29 @@ fn distance(a: (usize, usize), b: (usize, usize)) -> f64 {
 }
 
 /// Follows the way back from the goal.
-fn trace(unsafety: &Grid<f32>, came_from: &[u32], (start, goal): (usize, usize), cost: f64) -> Path {
+fn trace(unsafety: &Grid<f32>, came_from: &[u32], (start, goal): (usize, usize), options: &PlanOptions) -> Path {
     let frame = unsafety.frame();
     let mut cells = vec![goal];
     while let Some(&cell) = cells.last().filter(|&&cell| cell != start) {
         cells.push(came_from[cell] as usize);
     }
     cells.reverse();
-    let points: Vec<_> =
-        cells.iter().map(|cell| frame.center(cell / frame.columns(), cell % frame.columns())).collect();
-    let length = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-    let risk = cells.iter().map(|&cell| f64::from(unsafety.cells()[cell])).fold(0.0, f64::max);
-    Path { points, length, cost, risk }
+    let points = cells.iter().map(|cell| frame.center(cell / frame.columns(), cell % frame.columns())).collect();
+    Path::along(unsafety, points, options)
+}
+
+impl Path {
+    /// What a way from cell to cell costs: `points` are the centres of its cells, each next to the one before.
+    #[must_use]
+    pub fn along(unsafety: &Grid<f32>, points: Vec<Point2<f64>>, options: &PlanOptions) -> Self {
+        let risk_at = |point: &Point2<f64>| unsafety.at(*point).map_or(1.0, |risk| f64::from(*risk));
+        let (mut length, mut cost) = (0.0, 0.0);
+        for pair in points.windows(2) {
+            let step = (pair[1] - pair[0]).norm();
+            length += step;
+            cost += step * (1.0 + options.risk_weight * risk_at(&pair[1]));
+        }
+        let risk = points.iter().map(risk_at).fold(0.0, f64::max);
+        Self { points, length, cost, risk }
+    }
 }

@@ -104,6 +104,24 @@ fn no_way_is_cheaper() {
 }
 
 #[test]
+fn ways_to_many_goals_are_those_to_each() {
+    let grid = noisy(3, 13, 17);
+    let unsafety = unsafety(&grid, &point()).unwrap();
+    let goals: Vec<_> = (0..13).map(|y| Point2::new(8.5, f64::from(y) + 0.5)).chain([Point2::new(99.0, 0.0)]).collect();
+    let start = Point2::new(0.5, 0.5);
+    let ways = ways_from(&unsafety, start, &goals, &point());
+    assert!(ways.iter().flatten().count() > 3 && ways[13].is_none());
+    for (way, goal) in ways.iter().zip(&goals) {
+        let alone = plan_over(&unsafety, start, *goal, &point());
+        assert_eq!(way.is_some(), alone.is_some());
+        if let (Some(way), Some(alone)) = (way, alone) {
+            approx::assert_relative_eq!(way.cost, alone.cost, max_relative = 1e-9);
+            assert_eq!((way.points[0], way.points.last()), (start, Some(goal)));
+        }
+    }
+}
+
+#[test]
 fn without_risk_the_shortest_way_is_taken() {
     let grid = map(&["......", ".####.", "......"]);
     let options = PlanOptions { risk_weight: 0.0, ..point() };

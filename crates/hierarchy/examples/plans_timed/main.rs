@@ -1,12 +1,11 @@
 //! What plans through regions cost and lose against those over all cells.
 //!
 //! ```text
-//! cargo run --release -p hierarchy --example plans_timed -- [PLAN.png...] [RUN/session.hmap...]
+//! cargo run --release -p hierarchy --example plans_timed -- [--pairs N] [PLAN.png...] [RUN/session.hmap...]
 //! ```
 //!
-//! PLAN is a floor plan of 0.05 m per pixel, white = free. Each map is planned over from region to region, forty pairs taken
-//! at random: through regions ([`Planner`]), and by A* over all cells
-//! with the same costs. The cells' unsafety and the ways between gateways are made once for all plans; `made` tells how long
+//! PLAN is a floor plan of 0.05 m per pixel, white = free. Each map is planned over from region to region, forty pairs (or N) taken
+//! at random: through regions ([`Planner`]), and by A* over all cells with the same costs. The cells' unsafety and the ways between gateways are made once for all plans; `made` tells how long
 //! both took.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
@@ -29,16 +28,21 @@ type Failure = Box<dyn std::error::Error>;
 /// How a floor plan is read.
 const DESCRIPTION: &str =
     "image: plan.png\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.1\n";
-/// Pairs of regions that are planned between.
+/// Pairs of regions that are planned between, unless another number is asked for.
 const PAIRS: usize = 40;
 
 fn main() -> Result<(), Failure> {
     println!(
         "map                          rows columns regions gateways  ways  made ms  regions ms  cells ms  times  longer: mean   worst"
     );
-    for name in std::env::args().skip(1) {
+    let mut names: Vec<String> = std::env::args().skip(1).collect();
+    let n_pairs = match names.iter().position(|name| name == "--pairs") {
+        Some(at) => names.drain(at..(at + 2).min(names.len())).next_back().unwrap_or_default().parse()?,
+        None => PAIRS,
+    };
+    for name in names {
         let (gridmap, map) = if name.ends_with(".hmap") { recorded(&name)? } else { drawn(&picture(&name)?)? };
-        measure(name.rsplit('/').next().unwrap_or(&name), &gridmap, &map)?;
+        measure(name.rsplit('/').next().unwrap_or(&name), (&gridmap, &map), n_pairs)?;
     }
     Ok(())
 }
@@ -61,12 +65,12 @@ fn recorded(path: &str) -> Result<(FuzzyGrid, RegionMap), Failure> {
     Ok((gridmap, map))
 }
 
-fn measure(name: &str, gridmap: &FuzzyGrid, map: &RegionMap) -> Result<(), Failure> {
+fn measure(name: &str, (gridmap, map): (&FuzzyGrid, &RegionMap), n_pairs: usize) -> Result<(), Failure> {
     let options = PlanOptions { exposure: Exposure::of(gridmap), ..PlanOptions::default() };
     let (planner, made) = timed(|| Planner::new(gridmap, map, &options));
     let (planner, cells) = (planner?, unsafety(gridmap, &options)?);
     let (mut by_regions, mut by_cells, mut longer) = (0.0, 0.0, Vec::new());
-    for [start, goal] in pairs(map) {
+    for [start, goal] in pairs(map, n_pairs) {
         let (plan, took) = timed(|| planner.plan(start, goal));
         let (least, took_over_cells) = timed(|| plan_over(&cells, start, goal, &options));
         if let (Ok(plan), Some(least)) = (plan, least) {
@@ -101,8 +105,8 @@ fn timed<T>(call: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// The spots farthest from walls of regions taken at random, always the same ones.
-fn pairs(map: &RegionMap) -> Vec<[Point2<f64>; 2]> {
+fn pairs(map: &RegionMap, n: usize) -> Vec<[Point2<f64>; 2]> {
     let mut random = Pcg64Mcg::new(1);
     let mut spot = || map.regions[random.random_range(0..map.regions.len())].inside;
-    (0..PAIRS).filter(|_| !map.regions.is_empty()).map(|_| [spot(), spot()]).filter(|[a, b]| a != b).collect()
+    (0..n).filter(|_| !map.regions.is_empty()).map(|_| [spot(), spot()]).filter(|[a, b]| a != b).collect()
 }
