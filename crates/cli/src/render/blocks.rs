@@ -96,7 +96,7 @@ fn shown(cell: Fuzzy, options: &CrispOptions) -> Dot {
     match options.occupancy(cell) {
         Occupancy::Occupied => Dot::Occupied,
         Occupancy::Free => Dot::Free,
-        Occupancy::Unknown if cell.empty * cell.occupied > options.contradictory => Dot::Contradictory,
+        Occupancy::Unknown if options.is_contradictory(cell) => Dot::Contradictory,
         Occupancy::Unknown => Dot::Unexplored,
     }
 }
@@ -108,7 +108,7 @@ mod tests {
 
     /// A floor of 4 × 2 m with a wall along its north and west.
     fn room() -> FuzzyGrid {
-        let frame = GridFrame::covering(Point2::origin(), Point2::new(4.0, 2.0), 0.5).unwrap();
+        let frame = GridFrame::new(Point2::origin(), 0.5, 4, 8).unwrap();
         let mut grid: FuzzyGrid = Grid::new(frame);
         let (rows, columns) = (grid.frame().rows(), grid.frame().columns());
         for (index, cell) in grid.cells_mut().iter_mut().enumerate() {
