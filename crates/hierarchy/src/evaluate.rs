@@ -10,8 +10,6 @@
 //! | are the walls where they should be? | [`compare_maps`], [`map_score`] |
 //! | is the map sharp, where nothing is known to be true? | [`sharpness`], [`mean_entropy`] |
 
-#[cfg(test)]
-mod agreement;
 mod alignment;
 mod distance_field;
 mod localization;

@@ -3,6 +3,7 @@
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
 #![expect(clippy::cast_precision_loss, reason = "cells and metres are few")]
 
+mod agreement;
 #[path = "../examples/blind_robot/drive.rs"]
 mod blind_robot;
 mod doors;

@@ -2,16 +2,16 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::PathBuf;
 
 use approx::assert_relative_eq;
-use nalgebra::{Isometry2, Vector2};
-use robot_log::{CarmenOptions, CarmenReader, EntryKind};
-
-use super::{
+use hierarchy::evaluate::{
     Alignment, Delta, Pairing, RelationsOptions, TimedPath, absolute_error, read_relations, relations_error,
     relative_error,
 };
+use nalgebra::{Isometry2, Vector2};
+use robot_log::{CarmenOptions, CarmenReader, EntryKind};
+
+use crate::logs::shared;
 
 /// An ellipse, and a distorted, turned and moved version of every other pose of it, 4 ms late.
 fn paths() -> (TimedPath, TimedPath) {
@@ -63,25 +63,12 @@ fn relative_errors_are_those_that_evo_prints() {
     assert_relative_eq!(one.rmse, 0.190444, epsilon = 1.1e-6);
 }
 
-/// A recorded file beside the workspace, or `None` (said aloud) where it is not there.
-fn recorded(path: &str) -> Option<BufReader<File>> {
-    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(path);
-    let opened = File::open(file).ok().map(BufReader::new);
-    if opened.is_none() {
-        println!("skipped: {path} not present");
-    }
-    opened
-}
-
 #[test]
 fn the_raw_odometry_of_intel_misses_its_relations_by_what_is_known() {
-    let (Some(log), Some(relations)) =
-        (recorded("laser/intel/intel_raw.clf.gz"), recorded("laser/intel/intel.relations"))
-    else {
-        return;
-    };
-    let relations = read_relations(relations).unwrap();
-    let log = CarmenReader::new("intel", log, CarmenOptions::default()).unwrap();
+    let Some(folder) = shared("laser/intel") else { return };
+    let open = |name: &str| BufReader::new(File::open(folder.join(name)).unwrap());
+    let relations = read_relations(open("intel.relations")).unwrap();
+    let log = CarmenReader::new("intel", open("intel_raw.clf.gz"), CarmenOptions::default()).unwrap();
     let poses = log.map(Result::unwrap).filter_map(|entry| match entry.kind {
         EntryKind::Scan { odom_from_robot: Some(pose), .. } => Some((entry.stamp, pose)),
         _ => None,
