@@ -2,6 +2,7 @@ mod optimum;
 mod rooms;
 mod same;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use local_grid::{Heading, Scan, Signature};
@@ -92,8 +93,8 @@ pub struct Exploration {
     firing: Firing,
     /// The scans of the survey under way.
     survey: Vec<usize>,
-    /// The scans that were taken to describe a place, by their index in the trajectory.
-    descriptions: Vec<usize>,
+    /// The scans that were taken to describe each place, by their index in the trajectory.
+    descriptions: BTreeMap<PlaceId, Vec<usize>>,
     last: Option<Known>,
     bearing: Bearing,
     changes: Vec<Change>,
@@ -139,7 +140,7 @@ impl Exploration {
             told: 0,
             firing: Firing::Watch,
             survey: Vec::new(),
-            descriptions: Vec::new(),
+            descriptions: BTreeMap::new(),
             last: None,
             bearing: Bearing::default(),
             changes: Vec::new(),
@@ -191,7 +192,7 @@ impl Exploration {
             let command = self.observe(std::mem::take(&mut bumped), identity.take())?;
             self.follow_changes()?;
             match command {
-                Command::Identify { thorough, .. } => identity = Some(self.identify(thorough)?),
+                Command::Identify { expected, thorough } => identity = Some(self.identify(expected, thorough)?),
                 Command::Turn { to } => return Ok(Errand::Turn { to: self.bearing.own(to) }),
                 Command::Drive { distance } => return Ok(Errand::Drive { distance }),
                 Command::Look { to } => return Ok(Errand::Look { to }),
@@ -210,11 +211,14 @@ impl Exploration {
         &self.mapper
     }
 
-    /// The scans that describe places, as indices into the samples of the [`Trajectory`](crate::Trajectory): those of the
-    /// survey made when a place was first visited, about 48 readings each. The paper's gridmap is drawn from them alone.
+    /// The scans that describe places, as indices into the samples of the [`Trajectory`](crate::Trajectory), in order: those
+    /// of the survey made when a place was first visited, about 48 readings each. A place that was merged into another one
+    /// is described by that one's. The paper's gridmap is drawn from them alone.
     #[must_use]
-    pub fn descriptions(&self) -> &[usize] {
-        &self.descriptions
+    pub fn descriptions(&self) -> Vec<usize> {
+        let mut scans: Vec<usize> = self.descriptions.values().flatten().copied().collect();
+        scans.sort_unstable();
+        scans
     }
 
     /// What changed in the map since this was last asked, in order.
@@ -270,7 +274,7 @@ impl Exploration {
             match *change {
                 Change::PlaceVisited(place) => {
                     self.stand_at(place, Vector2::zeros(), Matrix2::zeros());
-                    self.descriptions.append(&mut self.survey);
+                    self.descriptions.insert(place, std::mem::take(&mut self.survey));
                     reached = Some(place);
                 }
                 Change::PlaceMerged { absorbed, kept } => self.follow_merge(absorbed, kept, Matrix2::zeros()),
@@ -354,6 +358,7 @@ impl Exploration {
         let Some(PlaceState::Merged { offset, .. }) = map.place(absorbed).map(|place| &place.state) else { return };
         let offset = *offset;
         trajectory.merge(absorbed, kept, offset);
+        self.descriptions.remove(&absorbed);
         if let Some(last) = self.last.as_mut().filter(|last| last.place == absorbed) {
             let covariance = last.covariance + covariance;
             *last = Known { place: kept, center: last.center - offset, covariance, ..*last };
@@ -376,13 +381,23 @@ impl Exploration {
     }
 
     /// Says which place this is, by what is seen and by where the robot should be.
-    fn identify(&mut self, thorough: bool) -> Result<Identity<Arc<Signature>>, ExplorationError> {
-        let identity =
-            same::identify(&self.mapper, &self.optimum, self.last.as_ref(), &self.explorer.options().dead_reckoning)?;
-        match identity {
-            Identity::Known { place, offset, covariance, .. } => self.stand_at(place, offset, covariance),
-            Identity::New { .. } if !thorough => return Ok(Identity::Unsure),
-            _ => {}
+    ///
+    /// Where it may well be a known place but cannot be said to be, the robot is unsure: to chart that place once more would
+    /// not tell it either, and the double would beget doubles.
+    fn identify(
+        &mut self,
+        expected: Option<PlaceId>,
+        thorough: bool,
+    ) -> Result<Identity<Arc<Signature>>, ExplorationError> {
+        let (last, model) = (self.last.as_ref(), &self.explorer.options().dead_reckoning);
+        let mut identity = same::identify(&self.mapper, &self.optimum, last, model)?;
+        if let Identity::New { signature } = &identity
+            && (!thorough || same::may_be_known(&self.mapper, last, expected, signature))
+        {
+            identity = Identity::Unsure;
+        }
+        if let Identity::Known { place, offset, covariance, .. } = identity {
+            self.stand_at(place, offset, covariance);
         }
         if !matches!(identity, Identity::New { .. }) {
             self.survey.clear(); // a place is described once

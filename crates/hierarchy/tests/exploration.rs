@@ -170,6 +170,11 @@ fn an_open_door_is_gone_through() {
     let world = two_rooms();
     let explored = explored(&world, 3, ExplorerOptions::default());
     assert!(explored.coverage(&world) > 0.95, "{}", explored.coverage(&world));
+    // One survey a place, of three firings of sixteen sonars: those of places that are no more do not count.
+    let (exploration, mapper) = (&explored.exploration, explored.exploration.mapper());
+    let readings = |scan: &usize| mapper.trajectory().samples()[*scan].scan.readings().len();
+    let surveyed: usize = exploration.descriptions().iter().map(readings).sum();
+    assert_eq!(surveyed, 48 * mapper.topology().n_visited());
 }
 
 #[test]

@@ -18,6 +18,11 @@ pub struct NearbyOptions {
     pub unlike: f64,
     /// The likelihood ratio from which on a view says which place it is.
     pub likelihood_floor: f64,
+    /// A view that is so much likelier somewhere else (natural logarithm of the odds) says nothing for a place.
+    pub clear: f64,
+    /// Where coordinates alone are not trusted, a view may move the robot by so many metres from where it should be. Echoes of
+    /// smooth walls travel along with the robot, so that a single view tends to find it where it is looked for.
+    pub farthest_pull: f64,
 }
 
 impl Default for NearbyOptions {
@@ -25,10 +30,12 @@ impl Default for NearbyOptions {
         Self {
             place_radius: 0.6,
             least_variance: 0.002,
-            gate: 9.21,
+            gate: 5.99,
             trusted_sigma: 0.45,
             unlike: 0.1,
             likelihood_floor: 8.0,
+            clear: 3.0,
+            farthest_pull: 0.3,
         }
     }
 }
@@ -45,7 +52,11 @@ pub struct Supposed {
 }
 
 /// Says which place of the map the robot stands at, or that it is at none: the nearest whose distance, by coordinates and
-/// by view together, lies within a place's radius.
+/// by view together, lies within a place's radius, unless the view is much likelier to have been taken elsewhere.
+///
+/// What a view says for a place is judged beside what it says for all others in reach, also those that are too far away to be
+/// where the robot stands: from a room, a place in the corridor behind a thin wall looks like one that the map has at the
+/// wrong spot, while the place a metre away in the room explains all that is seen.
 ///
 /// `position` gives the coordinates of visited places. `compare` compares the present view with a place's and is only
 /// called for those that may be in question. `between` is the covariance in m² of the position of a place relative to the
@@ -65,7 +76,7 @@ pub fn identify_nearby<S>(
 ) -> Identity<S> {
     let Some(from) = position(supposed.place) else { return Identity::New { signature } };
     let estimate = from + supposed.offset;
-    let mut best: Option<(f64, Identity<S>)> = None;
+    let (mut found, mut likeliest) = (Vec::new(), f64::NEG_INFINITY);
     for place in map.places() {
         let (Some(known), Some(center)) = (place.signature(), position(place.id)) else { continue };
         let Some(between) = between(place.id) else { continue };
@@ -74,14 +85,23 @@ pub fn identify_nearby<S>(
         if offset.norm() > options.place_radius + 3.0 * prior.symmetric_eigenvalues().max().sqrt() {
             continue;
         }
-        let view = || compare(place.id, known);
-        let Some(Judged { offset, covariance, seen }) = options.judge(offset, prior, view) else { continue };
-        let distance = offset.norm();
-        if distance <= options.place_radius && best.as_ref().is_none_or(|(nearest, _)| distance < *nearest) {
-            best = Some((distance, Identity::Known { place: place.id, offset, covariance, seen }));
-        }
+        let view = compare(place.id, known);
+        let log_odds = view.as_ref().map_or(f64::NEG_INFINITY, |view| options.log_odds(view, offset, prior));
+        likeliest = likeliest.max(log_odds);
+        let judged = options.judge(offset, prior, view);
+        found.extend(judged.map(|judged| (place.id, log_odds, judged)));
     }
-    best.map_or(Identity::New { signature }, |(_, identity)| identity)
+    let at_place = found.into_iter().filter(|(_, log_odds, judged)| {
+        let likely = judged.seen.is_none() || *log_odds >= likeliest - options.clear;
+        likely && judged.offset.norm() <= options.place_radius
+    });
+    let nearest = at_place.min_by(|(.., a), (.., b)| a.offset.norm().total_cmp(&b.offset.norm()));
+    nearest.map_or(Identity::New { signature }, |(place, _, Judged { offset, covariance, seen })| Identity::Known {
+        place,
+        offset,
+        covariance,
+        seen,
+    })
 }
 
 /// Where the robot is, seen from a place; see [`Identity::Known`].
@@ -92,17 +112,22 @@ struct Judged {
 }
 
 impl NearbyOptions {
+    /// How much a view speaks for having been taken `offset` from a place, give or take `prior`, as a natural logarithm. Views
+    /// that look alike beyond the floor are no likelier for it: corridors do.
+    fn log_odds(&self, seen: &PlaceLikelihood, offset: Vector2<f64>, prior: Matrix2<f64>) -> f64 {
+        let innovation = seen.offset - offset;
+        let surprise = (prior + seen.covariance)
+            .try_inverse()
+            .map_or(f64::INFINITY, |information| (innovation.transpose() * information * innovation)[0]);
+        seen.ratio.min(self.likelihood_floor).ln() - 0.5 * surprise
+    }
+
     /// Where the robot is, seen from a place, by coordinates and view; `None` if it cannot be said to be near.
-    fn judge(
-        &self,
-        offset: Vector2<f64>,
-        prior: Matrix2<f64>,
-        view: impl Fn() -> Option<PlaceLikelihood>,
-    ) -> Option<Judged> {
+    fn judge(&self, offset: Vector2<f64>, prior: Matrix2<f64>, view: Option<PlaceLikelihood>) -> Option<Judged> {
         let sure = self.trusted_sigma.powi(2);
         let trusted = prior.symmetric_eigenvalues().max() <= sure;
         let by_coordinates = trusted.then_some(Judged { offset, covariance: prior, seen: None });
-        let Some(seen) = view() else { return by_coordinates };
+        let Some(seen) = view else { return by_coordinates };
         let innovation = seen.offset - offset;
         let Some(information) = (prior + seen.covariance).try_inverse() else { return by_coordinates };
         let surprise = (innovation.transpose() * information * innovation)[0];
@@ -114,8 +139,11 @@ impl NearbyOptions {
         }
         let gain = prior * information;
         let covariance = (Matrix2::identity() - gain) * prior;
-        // Far from where it last knew to be, the robot is nowhere unless the view alone says so, along both axes.
-        let clear = seen.ratio >= self.likelihood_floor && covariance.symmetric_eigenvalues().max() <= sure;
+        // Far from where it last knew to be, the robot is nowhere unless the view alone says so, along both axes, and says
+        // about where it should be: a loop that is farther off is closed by the agreement of many views.
+        let clear = seen.ratio >= self.likelihood_floor
+            && covariance.symmetric_eigenvalues().max() <= sure
+            && (gain * innovation).norm() <= self.farthest_pull;
         if !trusted && !clear {
             return None;
         }
@@ -200,5 +228,35 @@ mod tests {
         let (place, offset) = known(&with(20.0)).unwrap();
         assert_eq!(place, 0);
         assert!((0.05..0.1).contains(&offset), "the view counts more than the coordinates: {offset}");
+    }
+
+    #[test]
+    fn what_a_view_says_against_its_place_is_left_to_the_agreement_of_many() {
+        // As above, but the view wants the robot 0.8 m from where it should be, right at the centre of the place.
+        let (map, position) = corridor();
+        let options = NearbyOptions::default();
+        let around = Supposed { offset: Vector2::new(-38.2, 0.0), ..at(39, 1.0) };
+        let snapped = |place, _: &u32| (place == PlaceId(0)).then(|| view(place, 20.0, 0.0));
+        let identity = identify_nearby(&map, &around, 99, &options, &position, between(39), snapped);
+        assert_eq!(known(&identity), None);
+    }
+
+    #[test]
+    fn a_place_behind_a_wall_is_not_where_the_robot_is_when_another_explains_the_view() {
+        // The robot stands between two places, nearer to neither than a place is wide, and has not been there before.
+        let (mut map, position) = corridor();
+        let there = map.add_place(40).unwrap();
+        let position = |place| if place == there { Some(Point2::new(0.0, 1.85)) } else { position(place) };
+        let supposed =
+            Supposed { place: there, offset: Vector2::new(0.0, -0.9), covariance: Matrix2::identity() * 0.19 };
+        let still = |place| (place == there || place == PlaceId(0)).then(Matrix2::zeros);
+        let options = NearbyOptions::default();
+        let like = |place, ratio, y| Some(PlaceLikelihood { offset: Vector2::new(0.0, y), ..view(place, ratio, 0.0) });
+        let wall = |place, _: &u32| if place == there { like(place, 8.0, -0.9) } else { like(place, 2.0, -0.1) };
+        let identity = identify_nearby(&map, &supposed, 99, &options, position, still, wall);
+        assert_eq!(known(&identity), None);
+        let nothing_else = |place, seen: &u32| if place == there { None } else { wall(place, seen) };
+        let identity = identify_nearby(&map, &supposed, 99, &options, position, still, nothing_else);
+        assert_eq!(known(&identity).map(|(place, _)| place), Some(0));
     }
 }

@@ -67,6 +67,22 @@ pub(super) fn identify(
     Ok(identify_nearby(mapper.topology(), &supposed, Arc::clone(&view), &options, position, between, compare))
 }
 
+/// Whether the robot may stand at a place that it knows, though that cannot be said: it went there, or by the coordinates it
+/// is there, and what it sees does not speak against it.
+pub(super) fn may_be_known(mapper: &Mapper, last: Option<&Known>, expected: Option<PlaceId>, view: &Signature) -> bool {
+    let Some(last) = last else { return false };
+    let NearbyOptions { place_radius, unlike, .. } = NearbyOptions::default();
+    let at = Point2::from(mapper.track_from_robot().translation.vector);
+    let here = position(mapper, last.place) + (at - last.center);
+    let near = |place: &&Place<Arc<Signature>>| {
+        expected == Some(place.id) || (position(mapper, place.id) - here).norm() <= place_radius
+    };
+    let like = |place: &Place<Arc<Signature>>| {
+        place.signature().is_some_and(|known| compare(place.id, known, view).is_none_or(|seen| seen.ratio >= unlike))
+    };
+    mapper.topology().places().iter().filter(near).any(like)
+}
+
 /// Two visited places that are one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Doubled {

@@ -149,7 +149,7 @@ pub(super) fn run(
 /// What an expedition left behind, beside the truth.
 struct Evidence<'a> {
     mapper: &'a Mapper,
-    described: &'a [usize],
+    described: Vec<usize>,
     anchors: &'a [Anchor],
     paths: Paths,
     /// Where each place really is, by its index.
