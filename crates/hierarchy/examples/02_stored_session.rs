@@ -1,7 +1,7 @@
 //! A map is stored with the name of a room, read back, and goes on with more log.
 //!
-//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v3.hmap` makes the stored session that the
-//! tests read for ever.
+//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v4` makes the stored session that the tests read
+//! for ever, `v4.hmap`, and what it holds, `v4.csv`.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 use std::fs::File;
@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (places, found) = (mapper.topology().n_visited(), regions.regions.len());
     println!("{places} places and {found} regions in {} bytes", session.len());
     if let Some(path) = std::env::args().nth(1) {
-        mapper.save(&mut BufWriter::new(File::create(path)?))?;
+        mapper.save(&mut BufWriter::new(File::create(format!("{path}.hmap"))?))?;
+        std::fs::write(format!("{path}.csv"), held(&mapper))?;
     }
 
     let mut resumed = Mapper::load(&mut session.as_slice())?;
@@ -44,4 +45,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{places} places and {} regions after the rest of the log", regions.regions.len());
     println!("the hall is region {:?}", regions.find("hall").map(|region| region.label));
     Ok(())
+}
+
+/// Counts of links, closures and samples, then the position of every place in metres.
+fn held(mapper: &Mapper) -> String {
+    let (links, closures) = (mapper.topology().links().len(), mapper.closures().len());
+    let counts = format!(
+        "links,closures,samples; x,y of each place\n{links},{closures},{}\n",
+        mapper.trajectory().samples().len()
+    );
+    let places = mapper.coordinates().positions().into_iter().map(|place| format!("{},{}\n", place.x, place.y));
+    std::iter::once(counts).chain(places).collect()
 }

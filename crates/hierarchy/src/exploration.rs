@@ -133,7 +133,7 @@ impl Exploration {
     /// An option out of its range.
     pub fn new(config: Config, options: ExplorerOptions) -> Result<Self, ExplorationError> {
         Ok(Self {
-            mapper: Mapper::exploring(config)?,
+            mapper: Mapper::new(config)?,
             explorer: Explorer::new(options)?,
             optimum: Optimum::default(),
             rooms: None,

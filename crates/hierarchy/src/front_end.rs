@@ -7,7 +7,7 @@ use crate::config::Config;
 use crate::laser::LaserTrack;
 use crate::tracker::Tracker;
 use crate::trajectory::Sample;
-use crate::wall_heading::{Sight, WallHeading};
+use crate::wall_heading::{Sight, WallHeading, WallMemory};
 
 /// The lowest level at work: where the robot is, locally, and what is around it now.
 #[derive(Debug)]
@@ -19,9 +19,23 @@ pub(crate) struct FrontEnd {
     /// The walls along which the robot drives, where no scan is precise enough to be matched.
     walls: WallHeading,
     held_by_walls: bool,
-    /// Whether the walls take the disturbance out of a compass.
-    walls_beside_compass: bool,
     odom_from_robot: Isometry2<f64>,
+}
+
+/// What walls have taught: all of a front end that is neither its tracker nor can be made again from scans.
+#[derive(Debug, Default)]
+pub(crate) struct Taught {
+    /// The building's direction, by precise scans.
+    pub(crate) building: Learnt,
+    /// The walls that sonars heard; absent in sessions of a time when they were not stored.
+    pub(crate) walls: Option<KnownWalls>,
+}
+
+/// The walls along which the robot drove, and whether they have turned its heading.
+#[derive(Debug)]
+pub(crate) struct KnownWalls {
+    pub(crate) held: bool,
+    pub(crate) memory: WallMemory,
 }
 
 /// What an entry meant to the lowest level.
@@ -52,14 +66,8 @@ impl FrontEnd {
             scans_may_hold: matches!(config.heading.source, HeadingMode::Auto | HeadingMode::Structure),
             walls: WallHeading::new(config),
             held_by_walls: false,
-            walls_beside_compass: false,
             odom_from_robot: Isometry2::identity(),
         }
-    }
-
-    /// The same for a robot whose compass is to be freed from its disturbance by the walls beside it.
-    pub(crate) fn with_walls_beside_compass(self) -> Self {
-        Self { walls_beside_compass: self.scans_may_hold, ..self }
     }
 
     /// The front end as it was after the last of some samples.
@@ -68,22 +76,31 @@ impl FrontEnd {
         tracker: Tracker,
         held_by_scans: bool,
         samples: &[Sample],
-        walls: Learnt,
+        taught: Taught,
     ) -> Result<Self, SenseError> {
-        let drawn = || LaserTrack::restored(lasers(samples), walls);
+        let Taught { building, walls } = taught;
+        let drawn = || LaserTrack::restored(lasers(samples), building);
         let laser_track = held_by_scans.then(drawn).transpose()?;
         let mut restored = Self { tracker, laser_track, ..Self::new(config) };
-        for sample in samples {
-            restored.odom_from_robot = sample.odom_from_robot;
-            restored.held_by_walls |= restored.sight_of_walls(&sample.scan).is_some();
+        if let Some(KnownWalls { held, memory }) = walls {
+            restored.walls = WallHeading::recalling(config, memory);
+            restored.held_by_walls = held;
+        } else {
+            for sample in samples {
+                restored.odom_from_robot = sample.odom_from_robot;
+                restored.held_by_walls |= restored.sight_of_walls(&sample.scan).is_some();
+            }
         }
         restored.odom_from_robot = restored.tracker.last_odometry().unwrap_or_else(Isometry2::identity);
         Ok(restored)
     }
 
-    /// What precise scans have taught of the building's direction.
-    pub(crate) fn known_walls(&self) -> Learnt {
-        self.laser_track.as_ref().map(LaserTrack::walls).unwrap_or_default()
+    /// What walls have taught so far.
+    pub(crate) fn taught(&self) -> Taught {
+        Taught {
+            building: self.laser_track.as_ref().map(LaserTrack::walls).unwrap_or_default(),
+            walls: Some(KnownWalls { held: self.held_by_walls, memory: self.walls.memory() }),
+        }
     }
 
     /// Follows one entry.
@@ -127,9 +144,9 @@ impl FrontEnd {
         self.held_by_walls
     }
 
-    /// Lets a compass tie the walls' direction to the world.
+    /// Lets a compass tie the walls' direction to the world; they free it from its disturbance.
     fn hear_compass(&mut self, reading: Heading, deviation: f64) {
-        if self.walls_beside_compass && self.tracker.has_compass() {
+        if self.scans_may_hold && self.tracker.has_compass() {
             let (variance, correlation) = self.tracker.compass_disturbance();
             let reading = reading + -self.tracker.compass_offset();
             self.walls.hear_compass(&self.odom_from_robot, reading, variance + deviation.powi(2), correlation);
@@ -138,8 +155,7 @@ impl FrontEnd {
 
     /// What the walls beside the robot say of its heading, where neither gyro nor laser knows better.
     fn sight_of_walls(&mut self, scan: &Scan) -> Option<Sight> {
-        let by_compass = self.tracker.has_compass() && !self.walls_beside_compass;
-        let known = by_compass || self.tracker.has_gyro() || self.is_held_by_scans();
+        let known = self.tracker.has_gyro() || self.is_held_by_scans();
         let wanted = self.scans_may_hold && !known && scan.sensor().kind() == SensorKind::Sonar;
         if wanted { self.walls.observe(&self.odom_from_robot, scan) } else { None }
     }

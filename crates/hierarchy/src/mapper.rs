@@ -128,12 +128,6 @@ impl Mapper {
         })
     }
 
-    /// An empty map for a robot that explores. Its compass is freed from its disturbance by the walls along which it drives.
-    pub(crate) fn exploring(config: Config) -> Result<Self, MapperError> {
-        let empty = Self::new(config)?;
-        Ok(Self { front_end: empty.front_end.with_walls_beside_compass(), ..empty })
-    }
-
     /// Takes in one entry; all levels are consistent when it returns.
     ///
     /// # Errors
@@ -419,6 +413,10 @@ impl Mapper {
         self.front_end.tracker.state()
     }
 
+    pub(crate) fn travel_along_heading(&self) -> nalgebra::Vector2<f64> {
+        self.front_end.tracker.since_place().with_heading
+    }
+
     pub(crate) fn heading_drift(&self) -> HeadingDrift {
         self.front_end.tracker.heading_drift()
     }
@@ -518,12 +516,14 @@ impl Mapper {
         self.recognizer.spent()
     }
 
-    /// Where headings came from so far: `compass`, `gyro` (what was taken for one until it drifted), `structure` (the
+    /// Where headings came from so far: `compass`, `compass and structure` (freed of its disturbance by walls), `gyro` (what was taken for one until it drifted), `structure` (the
     /// directions of walls or of travel, and the fit of successive scans) or `odometry`.
     #[must_use]
     pub fn heading_source(&self) -> &'static str {
         let tracker = &self.front_end.tracker;
-        if tracker.has_compass() {
+        if tracker.has_compass() && self.front_end.is_held_by_walls() {
+            "compass and structure"
+        } else if tracker.has_compass() {
             "compass"
         } else if self.front_end.is_held_by_scans() {
             "structure"

@@ -44,11 +44,19 @@ pub struct Travel {
     pub position: Matrix2<f64>,
     /// Variance of the turn, in rad².
     pub turn_variance: f64,
+    /// Covariance of the displacement with the heading at its end, in m·rad.
+    pub with_heading: Vector2<f64>,
 }
 
 impl Default for Travel {
     fn default() -> Self {
-        Self { path: 0.0, distance_variance: 0.0, position: Matrix2::zeros(), turn_variance: 0.0 }
+        Self {
+            path: 0.0,
+            distance_variance: 0.0,
+            position: Matrix2::zeros(),
+            turn_variance: 0.0,
+            with_heading: Vector2::zeros(),
+        }
     }
 }
 
@@ -106,7 +114,7 @@ impl Tracker {
     }
 
     pub(crate) fn state(&self) -> StoredTracker {
-        let Travel { path, distance_variance, position: p, turn_variance } = self.since_place;
+        let Travel { path, distance_variance, position: p, turn_variance, .. } = self.since_place;
         StoredTracker {
             last_odometry: self.last_odometry.as_ref().map(pose),
             track_from_robot: pose(&self.track_from_robot),
@@ -122,6 +130,7 @@ impl Tracker {
 
     pub(crate) fn restored(config: &Config, state: &StoredTracker) -> Result<Self, SessionError> {
         let [path, distance_variance, xx, xy, yy, turn_variance] = state.since_place;
+        let position = Matrix2::new(xx, xy, xy, yy);
         Ok(Self {
             last_odometry: state.last_odometry.as_ref().map(isometry).transpose()?,
             track_from_robot: isometry(&state.track_from_robot)?,
@@ -131,9 +140,15 @@ impl Tracker {
             compass_offset: state.compass_offset,
             tied: state.tied,
             travelled: state.travelled,
-            since_place: Travel { path, distance_variance, position: Matrix2::new(xx, xy, xy, yy), turn_variance },
+            since_place: Travel { path, distance_variance, position, turn_variance, with_heading: Vector2::zeros() },
             ..Self::new(config)
         })
+    }
+
+    /// The same tracker, knowing how what was driven since the last place goes with the heading.
+    pub(crate) fn with_travel_along_heading(mut self, covariance: Vector2<f64>) -> Self {
+        self.since_place.with_heading = covariance;
+        self
     }
 
     /// Where the odometry last said that the robot is.
@@ -198,13 +213,19 @@ impl Tracker {
         let (length, turn) = (step.translation.vector.norm(), step.rotation.angle().abs());
         let turn_noise = self.noise.heading_per_m * length + self.noise.heading_per_rad * turn;
         let moved = self.track_from_robot.rotation * step.translation.vector;
-        // The heading's own error turns every later step: to first order it moves the robot sideways.
+        // The heading's own error turns every later step: to first order it moves the robot sideways, and always to the
+        // side on which it was moved before.
         let sideways = Vector2::new(-moved.y, moved.x);
         let heading_variance = if self.seen_compass { self.heading_variance } else { self.since_place.turn_variance };
-        self.since_place.position += sideways * sideways.transpose() * heading_variance
+        let travel = &mut self.since_place;
+        let again = sideways * travel.with_heading.transpose();
+        travel.position += again
+            + again.transpose()
+            + sideways * sideways.transpose() * heading_variance
             + moved * moved.transpose() * (self.noise.distance_per_m / length.max(1e-9));
-        self.since_place.distance_variance += self.noise.distance_per_m * length;
-        self.since_place.path += length;
+        travel.with_heading += sideways * heading_variance;
+        travel.distance_variance += self.noise.distance_per_m * length;
+        travel.path += length;
         self.since_place.turn_variance += turn_noise;
         self.heading_variance += turn_noise;
         if length > 0.0 || turn > 0.0 {
@@ -263,8 +284,7 @@ impl Tracker {
         }
         let gain = self.heading_variance / (self.heading_variance + variance / novelty);
         self.since_compass = 0.0;
-        self.heading_variance *= 1.0 - gain;
-        self.turn_in_place(innovation * gain);
+        self.turn_by(innovation * gain, gain);
         None
     }
 
@@ -288,15 +308,33 @@ impl Tracker {
         let Some(gyro) = &mut self.gyro else { return };
         let believed = self.track_from_robot.rotation.angle() + self.compass_offset;
         let correction = gyro.read(seconds, reading.radians(), believed);
-        self.since_place.turn_variance = self.since_place.turn_variance.min(gyro.turn_variance());
+        let turn_variance = gyro.turn_variance();
+        self.since_place.know_turn_to(turn_variance);
         self.turn_in_place(correction);
     }
 
     /// Turns the robot by what walls say, which leaves its heading uncertain by `variance` against their direction.
     pub(crate) fn turn_by_walls(&mut self, turn: f64, variance: f64) {
+        let gain = (1.0 - variance / self.heading_variance.max(f64::MIN_POSITIVE)).max(0.0);
+        self.turn_by(turn, gain);
         // The place was left with a heading of its own, about as uncertain.
         self.since_place.turn_variance = self.since_place.turn_variance.min(2.0 * variance);
-        self.heading_variance = self.heading_variance.min(variance);
+    }
+
+    /// A Kalman filter's step: turns the robot by what was learnt of its heading, and puts it where that heading would have
+    /// led it from the last place. The heading's variance falls by a share `gain`.
+    fn turn_by(&mut self, turn: f64, gain: f64) {
+        let travel = &mut self.since_place;
+        // Without a compass the displacement goes with the turn since the place, which walls may leave less sure.
+        let variance =
+            if self.seen_compass { self.heading_variance } else { self.heading_variance.max(travel.turn_variance) };
+        if variance > 0.0 {
+            let shift = travel.with_heading / variance;
+            self.track_from_robot.translation.vector += shift * turn;
+            travel.position -= shift * shift.transpose() * (gain * variance);
+            travel.with_heading *= 1.0 - gain;
+        }
+        self.heading_variance *= 1.0 - gain;
         self.turn_in_place(turn);
     }
 
@@ -324,9 +362,14 @@ impl Tracker {
     pub fn correct(&mut self, found: &Match) {
         self.track_from_robot = found.map_from_robot;
         let information = |covariance: Matrix3<f64>| (covariance + Matrix3::identity() * 1e-10).try_inverse();
-        let sum = information(self.since_place.covariance()).zip(information(found.covariance * 2.0));
+        let mut dead = self.since_place.covariance();
+        if self.seen_compass {
+            dead[(2, 2)] = self.heading_variance;
+        }
+        let sum = information(dead).zip(information(found.covariance * 2.0));
         let Some(fused) = sum.and_then(|(dead, fit)| (dead + fit).try_inverse()) else { return };
         self.since_place.position = fused.fixed_view::<2, 2>(0, 0).into_owned();
+        self.since_place.with_heading = fused.fixed_view::<2, 1>(0, 2).into_owned();
         self.since_place.turn_variance = fused[(2, 2)];
         self.heading_variance = self.heading_variance.min(fused[(2, 2)]);
     }
@@ -343,7 +386,17 @@ impl Travel {
     pub fn covariance(&self) -> Matrix3<f64> {
         let mut covariance = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, self.turn_variance));
         covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.position);
+        covariance.fixed_view_mut::<2, 1>(0, 2).copy_from(&self.with_heading);
+        covariance.fixed_view_mut::<1, 2>(2, 0).copy_from(&self.with_heading.transpose());
         covariance
+    }
+
+    /// The turn is known better, by something that says nothing of the displacement.
+    fn know_turn_to(&mut self, variance: f64) {
+        if variance < self.turn_variance {
+            self.with_heading *= variance / self.turn_variance;
+            self.turn_variance = variance;
+        }
     }
 
     /// The covariance of the displacement in a frame turned by `−heading`, with a floor of `floor` metres.

@@ -1,6 +1,6 @@
 use hierarchy::{Config, Mapper, SessionError};
 
-use crate::logs::{entries, map, office_loop, shared};
+use crate::logs::{entries, map, office_loop, shared, truth};
 
 fn stored(mapper: &Mapper) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -99,16 +99,39 @@ fn what_is_no_session_is_refused_by_its_fault() {
     assert!(matches!(load(&huge), SessionError::TooLarge { .. }));
 }
 
+/// What a shipped session held when it was written stands beside it: how many links and closures, then where its places were.
 #[test]
 fn sessions_of_every_version_are_read_for_ever() {
-    for (version, entries) in [(1, 300), (2, 1500), (3, 2500)] {
+    for version in VERSIONS {
         let mapper = golden(version);
-        let again = map_prefix(entries);
-        assert_eq!(mapper.topology().n_visited(), again.topology().n_visited());
-        let apart = |(a, b): (&nalgebra::Isometry2<f64>, &nalgebra::Isometry2<f64>)| {
-            (a.translation.vector - b.translation.vector).norm()
-        };
-        assert!(mapper.poses().iter().zip(&again.poses()).map(apart).all(|apart| apart < 1e-9));
+        let held = std::fs::read_to_string(shipped(version, "csv")).unwrap();
+        let mut numbers = held.lines().skip(1).flat_map(|line| line.split(',')).map(|n| n.parse::<f64>().unwrap());
+        let mut next = || numbers.next().unwrap();
+        assert_eq!(mapper.topology().links().len() as f64, next(), "links of version {version}");
+        assert_eq!(mapper.closures().len() as f64, next(), "closures of version {version}");
+        assert_eq!(mapper.trajectory().samples().len() as f64, next(), "samples of version {version}");
+        let positions = mapper.coordinates().positions();
+        assert!(positions.len() > 4 && positions.len() == mapper.topology().n_visited());
+        for place in positions {
+            approx::assert_abs_diff_eq!(place.x, next(), epsilon = 1e-9);
+            approx::assert_abs_diff_eq!(place.y, next(), epsilon = 1e-9);
+        }
+        assert!(numbers.next().is_none(), "version {version} held more places");
+    }
+}
+
+#[test]
+fn a_session_of_every_version_goes_on() {
+    let log = office_loop();
+    for version in VERSIONS {
+        let mut mapper = golden(version);
+        let (known, places) = (mapper.tally().entries, mapper.topology().n_visited());
+        for entry in &log[known..known + 600] {
+            mapper.push(entry).unwrap();
+        }
+        assert!(mapper.topology().n_visited() > places, "version {version} adds no place");
+        let judged = truth(&log).judge(&mapper).unwrap();
+        assert!(judged.after_m < judged.odometry_m.max(0.5), "version {version} loses its way: {judged:?}");
     }
 }
 
@@ -123,7 +146,7 @@ fn an_old_session_is_written_anew_with_all_that_it_holds() {
 
 #[test]
 fn a_stored_session_knows_its_rooms() {
-    for mapper in [golden(2), golden(3)] {
+    for mapper in VERSIONS[1..].iter().map(|version| golden(*version)) {
         let plan = mapper.floor_plan();
         assert_eq!(plan.regions.iter().filter_map(|region| region.name.as_deref()).collect::<Vec<_>>(), ["hall"]);
         assert_eq!(plan.gateways[0].passage, hierarchy::Passage::Closed);
@@ -132,17 +155,13 @@ fn a_stored_session_knows_its_rooms() {
     }
 }
 
+const VERSIONS: [u16; 4] = [1, 2, 3, 4];
+
 /// The shipped session of a version.
 fn golden(version: u16) -> Mapper {
-    let path = format!("{}/../../fixtures/sessions/v{version}.hmap", env!("CARGO_MANIFEST_DIR"));
-    Mapper::load(&mut std::fs::File::open(path).unwrap()).unwrap()
+    Mapper::load(&mut std::fs::File::open(shipped(version, "hmap")).unwrap()).unwrap()
 }
 
-/// The map of the first entries of the shipped log, not yet finished.
-fn map_prefix(entries: usize) -> Mapper {
-    let mut mapper = Mapper::new(Config::default()).unwrap();
-    for entry in &office_loop()[..entries] {
-        mapper.push(entry).unwrap();
-    }
-    mapper
+fn shipped(version: u16, extension: &str) -> String {
+    format!("{}/../../fixtures/sessions/v{version}.{extension}", env!("CARGO_MANIFEST_DIR"))
 }

@@ -34,8 +34,8 @@ pub use signature::{
     AxisHistogram, CellClass, Count, Descriptor, HistogramMatch, Signature, SignatureError, SignatureOptions,
 };
 pub use structure::{
-    Learnt, StructureOptions, WallCompass, WallCompassOptions, WallDirection, WallRun, WallRunOptions, WallRuns,
-    wall_direction_of_echoes,
+    FollowedWall, Learnt, StructureOptions, WallCompass, WallCompassOptions, WallDirection, WallEcho, WallRun,
+    WallRunOptions, WallRuns, wall_direction_of_echoes,
 };
 pub use working::{WorkingGrid, WorkingGridOptions};
 

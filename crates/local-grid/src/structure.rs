@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use crate::{Echo, Heading};
 
 pub use compass::{Learnt, WallCompass, WallCompassOptions};
-pub use runs::{WallRun, WallRunOptions, WallRuns};
+pub use runs::{FollowedWall, WallEcho, WallRun, WallRunOptions, WallRuns};
 
 /// How directions are gathered, and when walls are believed to carry a heading.
 #[derive(Debug, Clone, PartialEq)]

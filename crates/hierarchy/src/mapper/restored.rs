@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Isometry2;
-use robot_log::local_grid::{FrameError, Learnt, Signature};
+use robot_log::local_grid::{FrameError, Signature};
 use topo_map::{Link, PlaceId, PlaceState};
 
 use super::{Mapper, MapperError, first_since};
@@ -13,7 +13,7 @@ use crate::coordinates::Coordinates;
 use crate::directions::HeldHeading;
 use crate::eyes::Eyes;
 use crate::floor_plan::FloorPlan;
-use crate::front_end::FrontEnd;
+use crate::front_end::{FrontEnd, Taught};
 use crate::proposals::{Proposal, Proposals};
 use crate::recognize::{Closure, Recognizer, View};
 use crate::session::records::topology;
@@ -45,8 +45,8 @@ pub(crate) struct Restored {
 /// What a mapper has in mind beyond the map itself: without it a map goes on as well, but not as if it had never stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
-    /// What precise scans have taught of the building's direction.
-    pub(crate) walls: Learnt,
+    /// What walls have taught of the heading.
+    pub(crate) taught: Taught,
     pub(crate) stretch: Vec<View>,
     pub(crate) pending: Vec<Proposal>,
     pub(crate) held: Vec<HeldHeading>,
@@ -68,7 +68,7 @@ impl Mapper {
             }
         }
         let remembers = memory.is_some();
-        let Memory { walls, stretch, pending, held } = memory.unwrap_or_default();
+        let Memory { taught, stretch, pending, held } = memory.unwrap_or_default();
         recognizer.recall(stretch);
         let samples = trajectory.samples();
         let mut coordinates = Coordinates::restored(from.poses, from.sweeps);
@@ -76,7 +76,7 @@ impl Mapper {
         let mut restored = Self {
             eyes: Eyes::restored(samples.last().map(|sample| &sample.scan)),
             tally: from.tally.going_on_from(from.tracker.last_odometry()),
-            front_end: FrontEnd::restored(&config, from.tracker, from.held_by_scans, samples, walls)?,
+            front_end: FrontEnd::restored(&config, from.tracker, from.held_by_scans, samples, taught)?,
             sight,
             map,
             coordinates,
@@ -98,7 +98,7 @@ impl Mapper {
     /// What it has in mind.
     pub(crate) fn memory(&self) -> Memory {
         Memory {
-            walls: self.front_end.known_walls(),
+            taught: self.front_end.taught(),
             stretch: self.recognizer.stretch().cloned().collect(),
             pending: self.proposals.pending().to_vec(),
             held: self.coordinates.held().to_vec(),

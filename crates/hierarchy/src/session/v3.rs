@@ -9,6 +9,7 @@ use super::SessionError;
 use super::records::{StoredDisplacement, restored_displacement, stored_displacement};
 use super::v2::{self, Known, contradiction};
 use crate::directions::HeldHeading;
+use crate::front_end::Taught;
 use crate::mapper::{Mapper, Memory, Restored};
 use crate::proposals::Proposal;
 use crate::recognize::{Likeness, View};
@@ -72,12 +73,12 @@ impl From<v2::Session> for Session {
 
 impl Session {
     pub(super) fn of(mapper: &Mapper) -> Self {
-        let Memory { walls, stretch, pending, held } = mapper.memory();
+        let Memory { taught, stretch, pending, held } = mapper.memory();
         Self {
             map: v2::Session::of(mapper),
             states: mapper.topology().places().iter().filter_map(stored_state).collect(),
             memory: Some(StoredMemory {
-                walls: walls.into(),
+                walls: taught.building.into(),
                 stretch: stretch.iter().map(StoredView::from).collect(),
                 pending: pending.iter().map(|of| [of.stamp, of.earlier, of.similarity]).collect(),
                 held: held.iter().map(|held| (held.place.0, held.heading, held.variance)).collect(),
@@ -85,16 +86,15 @@ impl Session {
         }
     }
 
-    /// Checks everything that a map relies on, and builds it.
-    pub(super) fn restore(self) -> Result<Mapper, SessionError> {
+    /// Checks everything that a map relies on.
+    pub(super) fn restore(self) -> Result<Restored, SessionError> {
         let known = self.map.known();
         let state = |(place, state)| Ok((known.place(place)?, restored_state(state, known)?));
-        let restored = Restored {
+        Ok(Restored {
             states: self.states.into_iter().map(state).collect::<Result<BTreeMap<_, _>, SessionError>>()?,
             memory: self.memory.map(|memory| memory.restored(known)).transpose()?,
             ..self.map.restore()?
-        };
-        Ok(Mapper::restored(restored)?)
+        })
     }
 }
 
@@ -142,7 +142,7 @@ impl StoredMemory {
         };
         let pending = self.pending.into_iter();
         Ok(Memory {
-            walls: self.walls.restored()?,
+            taught: Taught { building: self.walls.restored()?, walls: None },
             stretch: self.stretch.into_iter().map(|view| view.restored(known)).collect::<Result<_, _>>()?,
             pending: pending.map(|[stamp, earlier, similarity]| Proposal { stamp, earlier, similarity }).collect(),
             held: self.held.into_iter().map(held).collect::<Result<_, _>>()?,

@@ -41,10 +41,10 @@ impl Default for WallRunOptions {
 ///
 /// whatever the beam's axis, and the normal is the direction in which the left sides do not change: a line fit.
 /// Corners and furniture show such a run only over a short way.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct WallRuns {
     options: WallRunOptions,
-    runs: Vec<Run>,
+    runs: Vec<FollowedWall>,
 }
 
 /// A straight wall that was followed long enough.
@@ -68,23 +68,32 @@ impl WallRun {
     }
 }
 
-/// Spots at which a wall was heard from, and the line that fits them.
-#[derive(Debug, Clone)]
-struct Run {
-    echoes: Vec<Heard>,
-    normal: f64,
-    depth: f64,
+/// A wall that is still being followed: spots at which it was heard from, and the line that fits them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowedWall {
+    /// Its echoes so far, in order; at least one.
+    pub echoes: Vec<WallEcho>,
+    /// The direction towards the wall, in radians.
+    pub normal: f64,
+    /// The wall's distance from the origin along its normal, `c`, in metres.
+    pub depth: f64,
     /// How far the normal may still be wrong, in radians.
-    sigma: f64,
-    residual: f64,
-    length: f64,
+    pub sigma: f64,
+    /// Root mean square distance of the echoes from the line, in metres.
+    pub residual: f64,
+    /// Length of wall that echoed, in metres.
+    pub length: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Heard {
-    from: Point2<f64>,
-    range: f64,
-    marked: f64,
+/// An echo of a wall that is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallEcho {
+    /// Where the sensor was, in metres.
+    pub from: Point2<f64>,
+    /// How far off it heard the wall, in metres.
+    pub range: f64,
+    /// What the caller wanted to know of that moment.
+    pub marked: f64,
 }
 
 /// The robot must move by so much between two echoes of one wall, in metres.
@@ -100,7 +109,20 @@ impl WallRuns {
     /// No wall yet.
     #[must_use]
     pub fn new(options: WallRunOptions) -> Self {
-        Self { options, runs: Vec::new() }
+        Self::recalling(options, Vec::new())
+    }
+
+    /// Goes on following walls. One without echoes is none.
+    #[must_use]
+    pub fn recalling(options: WallRunOptions, mut runs: Vec<FollowedWall>) -> Self {
+        runs.retain(|run| !run.echoes.is_empty());
+        Self { options, runs }
+    }
+
+    /// The walls that are being followed: all that is needed to go on with them later.
+    #[must_use]
+    pub fn followed(&self) -> &[FollowedWall] {
+        &self.runs
     }
 
     /// Takes a scan of sonars at a pose; answers the walls that have now been followed long enough.
@@ -113,7 +135,7 @@ impl WallRuns {
             let range = f64::from(range);
             if range >= scan.sensor().min_range() && range <= self.options.max_range {
                 let odom_from_sensor = odom_from_robot * beam.robot_from_sensor;
-                let heard = Heard { from: odom_from_sensor.translation.vector.into(), range, marked };
+                let heard = WallEcho { from: odom_from_sensor.translation.vector.into(), range, marked };
                 self.hear(heard, odom_from_sensor.rotation.angle(), cone);
             }
         }
@@ -121,13 +143,13 @@ impl WallRuns {
     }
 
     /// Gives an echo to the wall that it fits best, or begins one with it.
-    fn hear(&mut self, heard: Heard, axis: f64, cone: f64) {
+    fn hear(&mut self, heard: WallEcho, axis: f64, cone: f64) {
         let options = &self.options;
         let fitting = self.runs.iter_mut().filter_map(|run| Some((run.misfit(&heard, axis, cone, options)?, run)));
         match fitting.min_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((_, run)) if run.moved(&heard.from) >= STEP => run.take(heard),
             Some(_) => {} // the same echo again
-            None => self.runs.push(Run::beginning(heard, axis, cone)),
+            None => self.runs.push(FollowedWall::beginning(heard, axis, cone)),
         }
     }
 
@@ -138,7 +160,7 @@ impl WallRuns {
             if run.length >= options.length && run.echoes.len() >= options.echoes {
                 told.extend((run.residual <= options.straightness).then(|| run.told()));
                 let last = run.echoes[run.echoes.len() - 1];
-                *run = Run::beginning(last, run.normal, cone);
+                *run = FollowedWall::beginning(last, run.normal, cone);
             }
             run.moved(robot) < options.gap + run.echoes[0].range.min(0.5)
         });
@@ -146,8 +168,8 @@ impl WallRuns {
     }
 }
 
-impl Run {
-    fn beginning(heard: Heard, normal: f64, cone: f64) -> Self {
+impl FollowedWall {
+    fn beginning(heard: WallEcho, normal: f64, cone: f64) -> Self {
         let depth = unit(normal).dot(&heard.from.coords) + heard.range;
         Self { echoes: vec![heard], normal, depth, sigma: cone, residual: 0.0, length: 0.0 }
     }
@@ -158,7 +180,7 @@ impl Run {
     }
 
     /// How far an echo lies off this wall, in metres; `None` where it cannot be of it.
-    fn misfit(&self, heard: &Heard, axis: f64, cone: f64, options: &WallRunOptions) -> Option<f64> {
+    fn misfit(&self, heard: &WallEcho, axis: f64, cone: f64, options: &WallRunOptions) -> Option<f64> {
         let aside = (axis - self.normal + PI).rem_euclid(2.0 * PI) - PI;
         if aside.abs() > cone + SWAY || self.moved(&heard.from) > options.gap {
             return None;
@@ -169,7 +191,7 @@ impl Run {
     }
 
     /// Takes an echo in and fits the wall anew.
-    fn take(&mut self, heard: Heard) {
+    fn take(&mut self, heard: WallEcho) {
         self.echoes.push(heard);
         for _ in 0..3 {
             let normal = unit(self.normal);
