@@ -1,3 +1,4 @@
+mod frontiers;
 mod optimum;
 mod rooms;
 mod same;
@@ -16,7 +17,9 @@ use topo_map::{
 
 use crate::config::Config;
 use crate::mapper::{Mapper, MapperError};
+use crate::query::floor;
 use crate::recognize::{Closure, Verdict};
+use frontiers::{Frontier, Frontiers};
 use optimum::Optimum;
 use rooms::Rooms;
 use same::{Doubled, Known};
@@ -78,6 +81,9 @@ pub enum ExplorationError {
 /// change reaches all levels at once, and each does only what the change needs: a link that was measured again is one
 /// spring exchanged in an incremental network, a view is drawn from the scans of the last metre.
 ///
+/// When nothing predicted is left, the gridmap is asked for floor that no place covers: a door is overlooked where no look
+/// into a single direction went through it. Such spots are predicted, too, each once, and only then the building is explored.
+///
 /// A real robot and a simulated one are driven alike. The robot needs a compass, or a heading as good: the map's axes are
 /// those of its headings.
 #[derive(Debug)]
@@ -85,6 +91,7 @@ pub struct Exploration {
     mapper: Mapper,
     explorer: Explorer,
     optimum: Optimum,
+    frontiers: Frontiers,
     /// The rooms so far, if it finishes a room before it leaves it.
     rooms: Option<Rooms>,
     /// So many scans have been told to the explorer.
@@ -136,6 +143,7 @@ impl Exploration {
             mapper: Mapper::new(config)?,
             explorer: Explorer::new(options)?,
             optimum: Optimum::default(),
+            frontiers: Frontiers::default(),
             rooms: None,
             told: 0,
             firing: Firing::Watch,
@@ -200,9 +208,28 @@ impl Exploration {
                     self.firing = purpose;
                     return Ok(Errand::Fire);
                 }
+                Command::Done if self.expect_more()? => {}
                 Command::Done => return Ok(Errand::Done),
             }
         }
+    }
+
+    /// Nothing predicted is left: perhaps the gridmap shows floor on which nobody has been. Answers whether it does.
+    fn expect_more(&mut self) -> Result<bool, ExplorationError> {
+        let ExplorerOptions { spacing, max_places, .. } = *self.explorer.options();
+        if self.mapper.topology().n_visited() >= max_places {
+            return Ok(false);
+        }
+        let at = |place| Point2::from(self.mapper.coordinates().map_from_place(place).translation.vector);
+        let visited = self.mapper.topology().places().iter().filter(|place| place.is_visited());
+        let places: Vec<(PlaceId, Point2<f64>)> = visited.map(|place| (place.id, at(place.id))).collect();
+        let floor = floor(&self.mapper.gridmap()?, &self.mapper.poses());
+        let frontiers = self.frontiers.find(&floor, &places, spacing);
+        let (map, _, _) = self.mapper.charted();
+        for Frontier { seen_from, toward } in &frontiers {
+            self.explorer.expect(map, *seen_from, *toward)?;
+        }
+        Ok(!frontiers.is_empty())
     }
 
     /// All levels of the map so far.

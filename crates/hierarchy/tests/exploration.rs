@@ -116,6 +116,19 @@ fn room(half: (f64, f64), more: &str) -> World {
 }
 
 #[test]
+fn a_door_that_no_look_went_through_is_found_on_the_gridmap() {
+    // Where the robot stands beside the door, its frame echoes into every direction that it looks into.
+    let plan = "name = 'two rooms'\nrotation_deg = 20\nstart = [1.5, 2, 0]\n\
+                [[wall]]\npoints = [[0, 0], [9, 0], [9, 4], [0, 4]]\nclosed = true\n\
+                [[wall]]\npoints = [[4, 0], [4, 4]]\n[[door]]\nfrom = [4, 2.6]\nto = [4, 3.5]\n";
+    let world = World::from_plan(plan).unwrap();
+    for seed in [2, 4, 5] {
+        let explored = explored(&world, seed, ExplorerOptions::default());
+        assert!(explored.coverage(&world) > 0.95, "seed {seed}: {}", explored.coverage(&world));
+    }
+}
+
+#[test]
 fn an_empty_room_is_covered_and_the_exploration_ends() {
     for seed in 1..=3 {
         let world = room((3.0, 3.0), "");

@@ -9,6 +9,8 @@ use crate::{Central, Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId,
 const SEPARATE: f64 = 0.75;
 /// Within this share of the spacing a predicted spot is the charted place there.
 const SAME: f64 = 0.6;
+/// The confidence of a place that the host expects.
+const EXPECTED: f64 = 0.5;
 /// By how many metres a link is put off on which the robot was stopped.
 const SECOND_TRY: f64 = 20.0;
 
@@ -58,6 +60,27 @@ impl Explorer {
             }
         }
         Ok(())
+    }
+
+    /// Adds a place that the host expects `toward` away from a visited one, in metres: it knows of floor there that no look
+    /// from a place has found. An exploration that was over goes on.
+    ///
+    /// # Errors
+    ///
+    /// `seen_from` is no visited place, or `toward` leads nowhere.
+    pub fn expect<S>(
+        &mut self,
+        map: &mut TopoMap<S>,
+        seen_from: PlaceId,
+        toward: Vector2<f64>,
+    ) -> Result<PlaceId, ExploreError> {
+        let displacement = Displacement::isotropic(toward, self.options.predicted_sigma.powi(2));
+        let (place, _) = map.predict_place(seen_from, displacement, EXPECTED)?;
+        self.changes.push(Change::PlacePredicted(place));
+        if matches!(self.phase, Phase::Done) {
+            self.phase = Phase::Choosing;
+        }
+        Ok(place)
     }
 
     /// Whether something was predicted from a place in about this direction before: what was tried is not tried again.

@@ -130,10 +130,14 @@ impl Explorer {
                 // Seen from elsewhere, or later, a door may be open after all: what is predicted gets a second try.
                 let tried = self.tried.entry(link.id).or_insert(0);
                 *tried += 1;
-                if link.origin != LinkOrigin::Predicted || *tried > self.options.retries {
+                let tried = *tried;
+                if link.origin != LinkOrigin::Predicted || tried > self.options.retries {
                     self.block(map, link.id)?;
                 }
-                self.phase = Phase::Choosing;
+                // Who has come so far from the last place is not there any more, and should find out where.
+                let again = link.origin != LinkOrigin::Predicted && tried > 1;
+                let astray = again && (self.at() - here.center).norm() > self.options.spacing;
+                self.phase = if astray { Phase::Surveying { fired: 0, turned: false } } else { Phase::Choosing };
                 Ok(None)
             }
         }
@@ -147,13 +151,16 @@ impl Explorer {
             return Err(HopEnd::Arrived);
         }
         let blocked = HopEnd::Blocked(travel.hops[0].link);
-        let too_far = travel.driven > options.detour * length + 1.0 + 0.5 * f64::from(travel.bumps);
-        if travel.bumps > MOST_BUMPS || too_far {
-            return Err(if left <= options.near_enough { HopEnd::Arrived } else { blocked });
+        let patience =
+            if travel.is_last() { 1 } else { 1 + self.tried.get(&travel.hops[0].link).copied().unwrap_or(0) };
+        let (near_enough, longer) = (options.near_enough * f64::from(patience), f64::from(patience));
+        let too_far = travel.driven > longer * (options.detour * length + 1.0) + 0.5 * f64::from(travel.bumps);
+        if travel.bumps > MOST_BUMPS * patience || too_far {
+            return Err(if left <= near_enough { HopEnd::Arrived } else { blocked });
         }
         // Where obstacles leave no way, the robot goes as near as it can and looks again: from afar a door seems shut.
         let way = self.obstacles.way(at, target, 0.0);
-        let straight = way.filter(|way| way_length(way) <= options.detour * left + 1.0).and_then(|way| {
+        let straight = way.filter(|way| way_length(way) <= longer * (options.detour * left + 1.0)).and_then(|way| {
             let spot = *way.last()?;
             if (spot - target).norm() > left - LEAST_PROGRESS {
                 return None;
@@ -164,7 +171,7 @@ impl Explorer {
             (aim != at).then_some(if exact && aim == spot { target } else { aim })
         });
         let Some(aim) = straight else {
-            if left <= options.near_enough {
+            if left <= near_enough {
                 return Err(HopEnd::Arrived);
             }
             // One more look before giving up: it may have been a false echo.
@@ -175,7 +182,7 @@ impl Explorer {
         };
         let distance = (aim - at).norm();
         if distance < 0.03 {
-            return Err(if left <= options.near_enough { HopEnd::Arrived } else { blocked });
+            return Err(if left <= near_enough { HopEnd::Arrived } else { blocked });
         }
         travel.doubtful = false;
         travel.toward = Heading::of(aim - at);
@@ -226,7 +233,8 @@ impl Explorer {
         match (self.here, travel) {
             (Some(here), Some(travel)) if !travel.is_last() => return self.passed(map, here, travel, &identity),
             (Some(here), Some(travel)) => self.reached(map, here, &travel, identity)?,
-            (_, _) => self.begin(map, identity)?,
+            (Some(here), None) => self.strayed(map, here, identity)?,
+            (None, _) => self.begin(map, identity)?,
         }
         let Some(here) = self.here else { return Ok(()) };
         let at = match (position(here.place).filter(|_| recognized), map_from_track) {
@@ -326,6 +334,16 @@ impl Explorer {
             }
             Identity::Unsure => self.block(map, link),
         }
+    }
+
+    /// The robot gave up a way and looked where it has come to instead.
+    fn strayed<S>(&mut self, map: &mut TopoMap<S>, here: Here, identity: Identity<S>) -> Result<(), ExploreError> {
+        let Identity::Known { place, offset, covariance, seen } = identity else { return Ok(()) };
+        self.recognized(map, place)?;
+        let center = self.at() - offset;
+        self.went(map, here, place, center, seen.unwrap_or(covariance * UNSEEN))?;
+        self.stand_at(place, center, covariance);
+        Ok(())
     }
 
     fn recognized<S>(&mut self, map: &mut TopoMap<S>, place: PlaceId) -> Result<(), ExploreError> {
