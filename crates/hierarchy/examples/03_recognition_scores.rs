@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
 use hierarchy::{Closure, Config, Mapper, Verdict};
-use nalgebra::Isometry2;
+use nalgebra::{Isometry2, UnitComplex};
 use robot_log::{CarmenOptions, Clock, Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
 use simulator::{Drift, OdometryModel};
 
@@ -120,7 +120,8 @@ impl Scores {
     }
 }
 
-/// Accepted closures that the truth contradicts by more than its covariance admits (99.9 %), and by more than 0.5 m.
+/// Accepted closures that the truth contradicts by more than their covariance admits (99.9 %), and by more than 0.5 m or
+/// 10°.
 fn wrong_closures(mapper: &Mapper, truth: &TimedPath) -> usize {
     let at = |place| {
         let anchor = mapper.trajectory().anchors().iter().find(|anchor| anchor.place == place)?;
@@ -128,14 +129,19 @@ fn wrong_closures(mapper: &Mapper, truth: &TimedPath) -> usize {
     };
     let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
     let wrong = |closure: &&Closure| {
-        let (Some(place), Some(known)) = (at(closure.place), at(closure.known)) else { return false };
-        let off = place.inv_mul(&known).translation.vector - closure.displacement.vector;
-        let chi2 =
-            closure.displacement.covariance.try_inverse().map_or(f64::INFINITY, |i| (off.transpose() * i * off)[0]);
-        let wrong = off.norm() > 0.5 && chi2 > 13.8;
+        let Closure { place, known, displacement: measured, score, verdict, .. } = closure;
+        let (Some(from), Some(to)) = (at(*place), at(*known)) else { return false };
+        let seen = from.inv_mul(&to);
+        let off = seen.translation.vector - measured.vector;
+        let chi2 = measured.covariance.try_inverse().map_or(f64::INFINITY, |i| (off.transpose() * i * off)[0]);
+        let turned = measured.turn.map_or(0.0, |turn| seen.rotation.angle_to(&UnitComplex::new(turn.change)).abs());
+        let askew = measured.turn.is_some_and(|turn| turned > 10f64.to_radians().max(3.3 * turn.variance.sqrt()));
+        let wrong = askew || off.norm() > 0.5 && chi2 > 13.8;
         if wrong {
-            let Closure { place, known, score, verdict, .. } = closure;
-            println!("  {place} is not {known}: {:.2} m off, χ² {chi2:.1}, score {score:.2}, {verdict}", off.norm());
+            let (off, turned) = (off.norm(), turned.to_degrees());
+            println!(
+                "  {place} is not {known}: {off:.2} m and {turned:.0}° off, χ² {chi2:.1}, score {score:.2}, {verdict}"
+            );
         }
         wrong
     };

@@ -1,7 +1,10 @@
+mod part;
+
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry2, Point2};
-use topo_map::{Displacement, PlaceId, PlaceState, TopoMap};
+use part::{Moved, Part};
+use topo_map::{Displacement, LinkId, PlaceId, PlaceState, TopoMap};
 
 use crate::directions::HeldHeading;
 use crate::problem::{Problem, RelaxationError};
@@ -15,6 +18,8 @@ pub struct Coordinates {
     map_from_place: Vec<Isometry2<f64>>,
     sweeps: usize,
     held: Vec<HeldHeading>,
+    /// The energy of all links after the last relaxation, if nothing has moved the places since.
+    energy: Option<f64>,
     /// Time that relaxation took.
     spent: Duration,
 }
@@ -32,6 +37,10 @@ pub struct Relaxation {
     pub max_shift: f64,
 }
 
+/// Maps of fewer places than this are relaxed as a whole.
+const WHOLE: usize = 512;
+/// So many places are let go first; four times as many when they were not enough.
+const FIRST_PART: usize = 64;
 /// Headings in radians that differ by less are the same.
 const SAME_HEADING: f64 = 1e-6;
 
@@ -59,6 +68,7 @@ impl Coordinates {
     /// Puts every place somewhere else: a start from which to relax.
     pub(crate) fn put(&mut self, map_from_place: Vec<Isometry2<f64>>) {
         self.map_from_place = map_from_place;
+        self.energy = None;
     }
 
     /// Where a place is and how its axes are turned; the identity for one that has never been placed.
@@ -132,9 +142,67 @@ impl Coordinates {
         Ok(self.accept(&problem, &before, &after, (0, begun)))
     }
 
+    /// The same after some links were measured or taken back, which touches no more of the map than moves; also which links
+    /// are how far from their measurements now, as far as that can have changed.
+    ///
+    /// Small maps are relaxed as a whole, and those of a compass, whose problem is linear.
+    ///
+    /// # Errors
+    ///
+    /// As [`Coordinates::problem`].
+    pub(crate) fn relax_around<S>(
+        &mut self,
+        map: &TopoMap<S>,
+        changed: &[LinkId],
+    ) -> Result<(Relaxation, Vec<(LinkId, f64)>), RelaxationError> {
+        let begun = Instant::now();
+        let turns = map.links().iter().any(|link| link.displacement.turn.is_some());
+        let mut count = FIRST_PART;
+        while turns && self.held.is_empty() && WHOLE.max(2 * count) <= map.places().len() {
+            let moved = Part::around(map, changed, count).relaxed(|place| self.map_from_place(place))?;
+            if moved.is_enough {
+                let relaxation = self.take_over(map, changed, &moved)?;
+                self.spent += begun.elapsed();
+                return Ok((relaxation, moved.chi2));
+            }
+            count *= 4;
+        }
+        let relaxation = self.relax(map)?;
+        let residuals = self.problem(map)?.residuals(&self.padded(map));
+        let measured = map.links().iter().filter(|link| link.is_measured()).map(|link| link.id);
+        Ok((relaxation, measured.zip(residuals).collect()))
+    }
+
+    /// Takes over the places that moved. Links that were driven since the last relaxation hold no energy, since their places
+    /// were put where they say; those that `changed` hold what they held.
+    fn take_over<S>(
+        &mut self,
+        map: &TopoMap<S>,
+        changed: &[LinkId],
+        moved: &Moved,
+    ) -> Result<Relaxation, RelaxationError> {
+        let known = self.energy.map(|energy| {
+            let links = changed.iter().filter_map(|id| map.link(*id));
+            energy + links.map(|link| part::chi2(link, |place| self.map_from_place(place))).sum::<f64>()
+        });
+        let energy_before = match known {
+            Some(energy) => energy,
+            None => self.problem(map)?.energy(&self.padded(map)),
+        };
+        let mut max_shift: f64 = 0.0;
+        for (place, pose) in &moved.poses {
+            let before = std::mem::replace(&mut self.map_from_place[place.index()], *pose);
+            max_shift = max_shift.max((pose.translation.vector - before.translation.vector).norm());
+        }
+        let energy_after = energy_before - moved.chi2_before + moved.chi2.iter().map(|(_, chi2)| chi2).sum::<f64>();
+        self.energy = Some(energy_after);
+        Ok(Relaxation { sweeps: 0, energy_before, energy_after, max_shift })
+    }
+
     /// Takes over the positions of visited places, by their index, and puts all others where the map expects them: a
     /// predicted place as seen from the place that saw it, a merged one within the place that it is.
     pub(crate) fn settle<S>(&mut self, map: &TopoMap<S>, positions: &[Point2<f64>]) {
+        self.energy = None;
         self.map_from_place.resize(map.places().len(), Isometry2::identity());
         for (pose, place) in self.map_from_place.iter_mut().zip(map.places()) {
             if let Some(at) = positions.get(place.id.index()).filter(|_| place.is_visited()) {
@@ -175,6 +243,63 @@ impl Coordinates {
         let shift =
             |(from, to): (&Isometry2<f64>, &Isometry2<f64>)| (to.translation.vector - from.translation.vector).norm();
         let max_shift = before.iter().zip(after).map(shift).fold(0.0, f64::max);
-        Relaxation { sweeps, energy_before: problem.energy(before), energy_after: problem.energy(after), max_shift }
+        let energy_after = problem.energy(after);
+        self.energy = Some(energy_after);
+        Relaxation { sweeps, energy_before: problem.energy(before), energy_after, max_shift }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2, Vector2};
+    use topo_map::Turn;
+
+    use super::*;
+
+    /// A robot without a compass that drives `rounds` times round a square of 25 places a side, veering a little.
+    fn rounds(rounds: u32) -> (TopoMap<()>, Coordinates) {
+        let (mut map, mut coordinates) = (TopoMap::new(), Coordinates::default());
+        let mut last = map.add_place(()).unwrap();
+        coordinates.place(last, None);
+        for number in 1..rounds * 100 {
+            let change = if number % 25 == 0 { std::f64::consts::FRAC_PI_2 } else { 0.0 } + 1e-4;
+            let turn = Some(Turn { change, variance: 1e-5 });
+            let step = Displacement { vector: Vector2::new(1.0, 0.0), covariance: Matrix2::identity() * 1e-4, turn };
+            let next = map.add_place(()).unwrap();
+            map.travel(last, next, step).unwrap();
+            coordinates.place(next, Some((last, &step)));
+            last = next;
+        }
+        (map, coordinates)
+    }
+
+    /// Every third place from the second round on is where it was a round before.
+    fn close(map: &mut TopoMap<()>, number: u32) -> LinkId {
+        let turn = Some(Turn { change: 0.0, variance: 1e-5 });
+        let same = Displacement { vector: Vector2::zeros(), covariance: Matrix2::identity() * 1e-4, turn };
+        map.recognize(PlaceId(number), PlaceId(number - 100), same).unwrap()
+    }
+
+    #[test]
+    fn relaxing_around_a_closure_is_relaxing_the_map() {
+        let (mut map, mut part) = rounds(8);
+        let (mut places, mut whole) = (Vec::new(), part.clone());
+        for number in (100..800).step_by(3) {
+            let link = close(&mut map, number);
+            let (relaxation, misfits) = part.relax_around(&map, &[link]).unwrap();
+            whole.relax(&map).unwrap();
+            // The energy that is carried on from part to part is that of the map.
+            let energy = part.problem(&map).unwrap().energy(&part.padded(&map));
+            approx::assert_relative_eq!(relaxation.energy_after, energy, max_relative = 1e-6, epsilon = 1e-9);
+            places.push(misfits.len());
+        }
+        let off = |place: &topo_map::Place<()>| {
+            let (a, b) = (part.map_from_place(place.id), whole.map_from_place(place.id));
+            (a.translation.vector - b.translation.vector).norm()
+        };
+        let worst = map.places().iter().map(off).fold(0.0, f64::max);
+        assert!(worst < 0.02, "{worst} m");
+        let links = map.links().len();
+        assert!(places.iter().filter(|touched| **touched < links / 2).count() > places.len() / 4, "{places:?}");
     }
 }

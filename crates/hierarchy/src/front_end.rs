@@ -5,6 +5,7 @@ use robot_log::{Entry, EntryKind};
 use crate::HeadingMode;
 use crate::config::Config;
 use crate::laser::LaserTrack;
+use crate::reach::Held;
 use crate::tracker::Tracker;
 use crate::trajectory::Sample;
 use crate::wall_heading::{Sight, WallHeading, WallMemory};
@@ -137,6 +138,17 @@ impl FrontEnd {
     /// Whether scans hold the robot's pose.
     pub(crate) fn is_held_by_scans(&self) -> bool {
         self.laser_track.is_some()
+    }
+
+    /// What holds the robot's pose.
+    pub(crate) fn held(&self) -> Held {
+        match &self.tracker {
+            _ if self.is_held_by_scans() => Held::Scans,
+            tracker if tracker.has_compass() => Held::Compass,
+            tracker if tracker.has_gyro() => Held::Gyro,
+            _ if self.held_by_walls => Held::Walls,
+            _ => Held::Wheels,
+        }
     }
 
     /// Whether the walls of places have turned the heading.

@@ -198,8 +198,11 @@ impl Mapper {
         if let Some(poses) = weighed.poses {
             self.coordinates.put(poses);
         }
-        let events = self.link(weighed.closures)?;
+        let mut events = self.link(weighed.closures)?;
         if self.config.relaxation.policy == RelaxationPolicy::Converge {
+            if events.iter().any(|event| matches!(event, Event::PlaceRecognized { .. })) {
+                events.push(relaxed(self.coordinates.relax(&self.map)?));
+            }
             for _ in 0..HOLDS {
                 if !self.let_building_hold() {
                     break;
@@ -318,22 +321,34 @@ impl Mapper {
         if !self.config.recognition.enabled || self.eyes.are_shut() {
             return Ok(Vec::new());
         }
-        let closures = self.recognizer.consider(&self.map, &self.coordinates, anchor.place, Sensing::Faithful);
+        let closures = self.recognizer.consider(
+            &self.map,
+            &self.coordinates,
+            anchor.place,
+            Sensing::Faithful,
+            self.front_end.held(),
+        );
         self.close(closures)
     }
 
     /// Turns what the recognizer decided into links, if the laser bears it out; relaxes if a loop was closed, and takes
     /// back what the relaxed map contradicts.
     fn close(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
-        let closures = self.verified(closures);
-        let mut events = self.link(closures)?;
-        if events.iter().any(|event| matches!(event, Event::Relaxed { .. })) {
-            events.extend(self.revoke()?);
+        let mut events = self.link(self.verified(closures))?;
+        let closed = |event: &Event| match event {
+            Event::PlaceRecognized { link, .. } => Some(*link),
+            _ => None,
+        };
+        let closed: Vec<LinkId> = events.iter().filter_map(closed).collect();
+        if !closed.is_empty() && self.config.relaxation.policy == RelaxationPolicy::Converge {
+            let (relaxation, misfits) = self.coordinates.relax_around(&self.map, &closed)?;
+            events.push(relaxed(relaxation));
+            events.extend(self.revoke(&misfits)?);
         }
         Ok(events)
     }
 
-    /// Turns the closures that are believed into links, and relaxes if there are any.
+    /// Turns the closures that are believed into links.
     fn link(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
         let mut events = Vec::new();
         for closure in closures {
@@ -345,10 +360,6 @@ impl Mapper {
             }
             self.closures.push(closure);
         }
-        let closed = events.iter().any(|event| matches!(event, Event::PlaceRecognized { .. }));
-        if closed && self.config.relaxation.policy == RelaxationPolicy::Converge {
-            events.push(relaxed(self.coordinates.relax(&self.map)?));
-        }
         Ok(events)
     }
 
@@ -357,7 +368,8 @@ impl Mapper {
     /// Where too few of a group are left to agree, the others go with them.
     fn verified(&self, mut closures: Vec<Closure>) -> Vec<Closure> {
         for closure in closures.iter_mut().filter(|closure| closure.is_accepted()) {
-            match verify::by_walls(&self.trajectory, closure) {
+            let at = |place| self.coordinates.map_from_place(place);
+            match verify::by_walls(&self.trajectory, closure, &at(closure.place).inv_mul(&at(closure.known))) {
                 Verification::Borne(displacement) => closure.displacement = displacement,
                 Verification::Silent => {}
                 Verification::Refuted(score) => closure.verdict = Verdict::WallsDiffer { score },
@@ -367,14 +379,15 @@ impl Mapper {
     }
 
     /// Takes back closures that the relaxed map contradicts: one of them outvoted by the rest, by truncated least squares.
-    fn revoke(&mut self) -> Result<Vec<Event>, MapperError> {
+    /// It is only asked where a closure is under suspicion by its misfit.
+    fn revoke(&mut self, misfits: &[(LinkId, f64)]) -> Result<Vec<Event>, MapperError> {
+        let recognized = |id| self.map.link(id).is_some_and(|link| link.origin == LinkOrigin::Recognized);
+        if !misfits.iter().any(|(id, chi2)| *chi2 > SUSPICIOUS && recognized(*id)) {
+            return Ok(Vec::new());
+        }
         let problem = self.coordinates.problem(&self.map)?;
         let measured: Vec<&Link> = self.map.links().iter().filter(|link| link.is_measured()).collect();
         let residuals = problem.residuals(&self.coordinates.padded(&self.map));
-        let suspicious = |(link, chi2): (&&Link, &f64)| link.origin == LinkOrigin::Recognized && *chi2 > SUSPICIOUS;
-        if !measured.iter().zip(&residuals).any(suspicious) {
-            return Ok(Vec::new());
-        }
         let trusted: Vec<bool> = measured.iter().map(|link| link.origin != LinkOrigin::Recognized).collect();
         let rejected = problem.outvoted(&trusted, SUSPICIOUS)?;
         let rejected: Vec<(LinkId, f64)> = rejected.into_iter().map(|k| (measured[k].id, residuals[k])).collect();

@@ -1,31 +1,38 @@
-use std::collections::VecDeque;
+mod closure;
+mod stretch;
+
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Matrix2;
 use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Descriptor, Signature, align, unseen_by_sonar};
 use topo_map::{Displacement, PlaceId, SignatureIndex, TopoMap, Turn};
 
 use crate::config::Config;
 use crate::coordinates::Coordinates;
-use crate::reach::{Reach, reach_from};
+use crate::reach::{Held, Reach, reach_from};
+pub use closure::{Closure, Verdict};
+use stretch::{Agreement, OVERLAP, UNLIKE, Weighing};
+pub(crate) use stretch::{Likeness, View};
 
 /// Decides which places are the same: gate by coordinates, look by signature, wait for agreement.
 ///
 /// A false recognition is the worst error of the whole system, and a single view proves nothing: corridors look like
 /// corridors. So the recognizer weighs a whole **stretch**, the last few places together. If the robot is somewhere
-/// that it knows, one shift `Δ` moves the whole stretch onto old places; every view in it is evidence for some shifts
-/// and against others:
+/// that it knows, one motion `u` (a shift, and a turn where no compass holds it) moves the whole stretch onto old places;
+/// every view in it is evidence for some motions and against others:
 ///
 /// ```text
-/// log p(Δ | views) = −|Δ|² / 2σ² + Σ_n  max_c [ log Λ(n, c) − ½ |Δ − Δ_nc|²_C ]      c: old places near x_n + Δ
+/// log p(u | views) = −½ uᵀ Σ⁻¹ u + Σ_n  max_c [ log Λ(n, c) − ½ |z_nc ⊖ u|²_C ]      c: old places near x_n moved by u
 /// ```
 ///
-/// `Λ` is the likelihood ratio of the alignment's score, `Δ_nc` the shift that the alignment measures and `C` its
-/// covariance, long along a corridor. Two views agree on one shift exactly where the loop through both closes, so that this
-/// is the test of pairwise consistency (Mangelson et al. 2018), with each view weighed instead of voting; the coordinates
-/// hold nothing yet of what is weighed. A view that fails to look like an old place on top of which it would lie speaks
-/// against. The best shift must be likely by itself and much likelier than any other.
+/// `Λ` is the likelihood ratio of the alignment's score, `z_nc` the displacement that the alignment measures and `C` its
+/// covariance, long along a corridor; `Σ` is how far the coordinates may be wrong, which follows from what holds the robot's
+/// pose ([`Held`]) and shrinks as loops close. Two views agree on one motion exactly where the loop through both closes, so
+/// that this is the test of pairwise consistency (Mangelson et al. 2018), with each view weighed instead of voting; the
+/// coordinates hold nothing yet of what is weighed. A view that fails to look like an old place on top of which it would lie
+/// speaks against. What is believed must be a hundred times likelier than all other motions and "never been here" together.
 #[derive(Debug)]
 pub(crate) struct Recognizer {
     floor: f64,
@@ -49,89 +56,6 @@ pub(crate) enum Sensing {
     Specular,
 }
 
-/// What was weighed: a place that looks like an older one, and what became of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closure {
-    /// The place reached now.
-    pub place: PlaceId,
-    /// The older place that it looks like.
-    pub known: PlaceId,
-    /// Where `known` lies as seen from `place`, by the alignment of the two views.
-    pub displacement: Displacement,
-    /// Similarity of the views, in `[0, 1]`.
-    pub score: f64,
-    /// Distance between where the alignment and where the coordinates of that moment put the place, in metres.
-    pub shift: f64,
-    /// Whether it is believed.
-    pub verdict: Verdict,
-}
-
-/// Whether a resemblance is believed, and why.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Verdict {
-    /// So many successive views agree, with these odds (natural logarithm) against chance and against the next best.
-    Accepted {
-        /// Views that agree.
-        agreed: usize,
-        /// Logarithm of the odds against chance.
-        log_odds: f64,
-    },
-    /// A proposal of the robot's own recogniser that the map which explains most of them contradicts.
-    Contradicted {
-        /// The squared distance at which that map has the two moments, in σ of "the same spot".
-        chi2: f64,
-    },
-    /// Too few successive views agreed while they were remembered.
-    NoAgreement {
-        /// The most that did.
-        agreed: usize,
-    },
-    /// The views agreed, but the laser scans of the one place do not fit the walls of the other.
-    WallsDiffer {
-        /// How well they fit, in `[0, 1]`.
-        score: f64,
-    },
-}
-
-impl Closure {
-    /// Whether it is believed.
-    #[must_use]
-    pub fn is_accepted(&self) -> bool {
-        matches!(self.verdict, Verdict::Accepted { .. })
-    }
-}
-
-impl std::fmt::Display for Verdict {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Accepted { agreed, log_odds } => write!(f, "{agreed} views agree, log odds {log_odds:.1}"),
-            Self::Contradicted { chi2 } => write!(f, "the map has the two {:.1} σ apart", chi2.sqrt()),
-            Self::NoAgreement { agreed } => write!(f, "only {agreed} successive views agreed"),
-            Self::WallsDiffer { score } => write!(f, "the walls differ: scans fit with {score:.2}"),
-        }
-    }
-}
-
-/// A place of the stretch with everything that it was compared with.
-#[derive(Debug, Clone)]
-pub(crate) struct View {
-    pub(crate) place: PlaceId,
-    pub(crate) likenesses: Vec<Likeness>,
-    pub(crate) most_agreed: usize,
-}
-
-/// One comparison of a place with an older one.
-#[derive(Debug, Clone)]
-pub(crate) struct Likeness {
-    pub(crate) known: PlaceId,
-    /// `known` as seen from the place; absent where the two do not look alike at all.
-    pub(crate) displacement: Option<Displacement>,
-    pub(crate) log_ratio: f64,
-    pub(crate) score: f64,
-    pub(crate) decided: bool,
-}
-
 /// Where an old place lies and how far from there it may be looked for, in metres and radians.
 #[derive(Debug, Clone, Copy)]
 struct Gate {
@@ -141,22 +65,10 @@ struct Gate {
     turn_window: f64,
 }
 
-/// A shift of the stretch and what speaks for it.
-#[derive(Debug, Clone)]
-struct Hypothesis {
-    shift: Vector2<f64>,
-    log_odds: f64,
-    agreeing: Vec<(usize, usize)>,
-}
-
 /// Places apart by less than this many spacings of travel have nothing to tell each other.
 const RECENT_SPACINGS: f64 = 8.0;
-/// Share of the path driven that an unknown robot's odometry may be wrong by in the long run: wheels wear, carpets pull.
-const SYSTEMATIC: f64 = 0.03;
 /// The farthest that a place is looked for beyond its expected spot, in metres.
 const WIDEST_GATE: f64 = 6.0;
-/// Two signatures share enough to be compared when their centres are no farther apart than this, in metres.
-const OVERLAP: f64 = 1.2;
 /// Places closer than this lie on one spot, in metres.
 const SAME_SPOT: f64 = 0.5;
 /// Where the robot is known this well, in metres, the old places nearest to it say enough...
@@ -174,16 +86,8 @@ const STRETCH: usize = 10;
 const ALIGNMENT_FLOOR: f64 = 0.12;
 /// What the alignment of two sonar views errs by beyond that, in metres: the echoes travel along with the robot.
 const SNAP: f64 = 0.3;
-/// 99 % of the χ² distribution with two degrees of freedom.
-const CHI2_99: f64 = 9.21;
-/// Log odds against chance from which a shift is believed: one in a hundred.
+/// Log odds against all else from which a motion is believed: one in a hundred.
 const BELIEVED: f64 = 4.6;
-/// Log odds by which it must beat any other shift: one in twenty.
-const CLEAR: f64 = 3.0;
-/// Shifts closer than this are the same, in metres.
-const SAME_SHIFT: f64 = 0.8;
-/// What a view says that does not look like the old place on which it would lie.
-const UNLIKE: f64 = -1.5;
 
 impl Recognizer {
     pub(crate) fn new(config: &Config) -> Self {
@@ -218,20 +122,21 @@ impl Recognizer {
         coordinates: &Coordinates,
         place: PlaceId,
         sensing: Sensing,
+        held: Held,
     ) -> Vec<Closure> {
         let begun = Instant::now();
         let mut decided = Vec::new();
         if self.stretch.len() == STRETCH
             && let Some(view) = self.stretch.pop_front()
         {
-            decided.extend(view.forgotten(coordinates));
+            decided.extend(view.forgotten(coordinates, self.agreement));
         }
-        let likenesses = self.compare(map, coordinates, place, sensing);
+        let likenesses = self.compare(map, coordinates, place, sensing, held);
         if let Some(signature) = map.place(place).and_then(|place| place.signature()) {
             self.learn(place, signature);
         }
         self.stretch.push_back(View { place, likenesses, most_agreed: 0 });
-        decided.extend(self.decide(coordinates));
+        decided.extend(self.decide(map, coordinates, held));
         self.spent += begun.elapsed();
         decided
     }
@@ -243,7 +148,8 @@ impl Recognizer {
 
     /// Nothing more will come: what still waits is refused.
     pub(crate) fn finish(&mut self, coordinates: &Coordinates) -> Vec<Closure> {
-        self.stretch.drain(..).filter_map(|view| view.forgotten(coordinates)).collect()
+        let agreement = self.agreement;
+        self.stretch.drain(..).filter_map(|view| view.forgotten(coordinates, agreement)).collect()
     }
 
     /// Compares a place with the old places on which it may lie.
@@ -253,6 +159,7 @@ impl Recognizer {
         coordinates: &Coordinates,
         place: PlaceId,
         sensing: Sensing,
+        held: Held,
     ) -> Vec<Likeness> {
         // What sonars cannot see along a corridor is the same against every old place.
         let unseen = |new: &Signature| match sensing {
@@ -270,7 +177,7 @@ impl Recognizer {
             // A spot that was visited many times is compared once, with its first visit that has something to tell.
             let spot = at(*known);
             if gates.iter().all(|other| (at(other.known) - spot).norm() >= SAME_SPOT) {
-                gates.extend(reach.and_then(|reach| self.gate(*known, (spot - here).norm(), &reach)));
+                gates.extend(reach.and_then(|reach| self.gate(*known, (spot - here).norm(), &reach, held)));
             }
         }
         let by_distance = |a: &Gate, b: &Gate| a.distance.total_cmp(&b.distance).then(a.known.cmp(&b.known));
@@ -285,8 +192,8 @@ impl Recognizer {
     }
 
     /// How far a place may lie from an old one; `None` where they cannot be the same or have nothing to tell each other.
-    fn gate(&self, known: PlaceId, distance: f64, reach: &Reach) -> Option<Gate> {
-        let slack = (self.gate_sigma * sigma(reach)).min(WIDEST_GATE);
+    fn gate(&self, known: PlaceId, distance: f64, reach: &Reach, held: Held) -> Option<Gate> {
+        let slack = (self.gate_sigma * held.variance(reach).sqrt()).min(WIDEST_GATE);
         let turn_window = (3.0 * reach.turn_variance.sqrt()).min(std::f64::consts::PI);
         let possible = reach.path >= RECENT_SPACINGS * self.spacing && distance <= slack + OVERLAP;
         possible.then_some(Gate { known, distance, slack, turn_window })
@@ -342,22 +249,18 @@ impl Recognizer {
         (normal(0.68, 0.09) - normal(0.50, 0.16) + contradicted).max(UNLIKE)
     }
 
-    /// Looks for the one shift that explains the stretch, and believes it if nothing else comes near.
-    fn decide(&mut self, coordinates: &Coordinates) -> Vec<Closure> {
-        let mut hypotheses = self.hypotheses(coordinates);
-        hypotheses.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-        let Some(best) = hypotheses.first().map(|best| self.refined(best, coordinates)) else { return Vec::new() };
-        for &(view, _) in &best.agreeing {
-            self.stretch[view].most_agreed = self.stretch[view].most_agreed.max(best.agreeing.len());
+    /// Looks for the one motion that explains the stretch, and believes it if nothing else comes near.
+    fn decide(&mut self, map: &TopoMap<Arc<Signature>>, coordinates: &Coordinates, held: Held) -> Vec<Closure> {
+        let Some((agreeing, log_odds)) = self.likeliest(map, coordinates, held) else { return Vec::new() };
+        for &Agreement { view, .. } in &agreeing {
+            self.stretch[view].most_agreed = self.stretch[view].most_agreed.max(agreeing.len());
         }
-        let rival = hypotheses.iter().find(|other| (other.shift - best.shift).norm() > SAME_SHIFT);
-        let clear = rival.is_none_or(|rival| best.log_odds - rival.log_odds.max(0.0) >= CLEAR);
-        if best.agreeing.len() < self.agreement || best.log_odds < BELIEVED || !clear {
+        if agreeing.len() < self.agreement || log_odds < BELIEVED {
             return Vec::new();
         }
-        let verdict = Verdict::Accepted { agreed: best.agreeing.len(), log_odds: best.log_odds };
+        let verdict = Verdict::Accepted { agreed: agreeing.len(), log_odds };
         let mut decided = Vec::new();
-        for (view, likeness) in best.agreeing {
+        for Agreement { view, likeness, .. } in agreeing.into_iter().filter(|at| at.is_firm) {
             let view = &mut self.stretch[view];
             if std::mem::replace(&mut view.likenesses[likeness].decided, true) {
                 continue;
@@ -368,111 +271,28 @@ impl Recognizer {
         decided
     }
 
-    /// The shift that each likeness of the stretch proposes, judged by the whole stretch.
-    fn hypotheses(&self, coordinates: &Coordinates) -> Vec<Hypothesis> {
-        let proposals = self.stretch.iter().flat_map(|view| {
-            view.likenesses.iter().filter_map(|likeness| {
-                likeness
-                    .displacement
-                    .as_ref()
-                    .map(|measured| shift(view.place, likeness.known, measured, coordinates).0)
-            })
-        });
-        let proposals: Vec<Vector2<f64>> = proposals.collect();
-        proposals.into_iter().map(|shift| self.judge(shift, coordinates)).collect()
-    }
-
-    /// The shift that the agreeing views mean together, if it explains the stretch better than that of one view.
-    fn refined(&self, best: &Hypothesis, coordinates: &Coordinates) -> Hypothesis {
-        let (mut information, mut sum) = (Matrix2::zeros(), Vector2::zeros());
-        for &(view, likeness) in &best.agreeing {
-            let view = &self.stretch[view];
-            let likeness = &view.likenesses[likeness];
-            let Some(measured) = &likeness.displacement else { continue };
-            let (own, covariance) = shift(view.place, likeness.known, measured, coordinates);
-            let weight = covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
-            information += weight;
-            sum += weight * own;
-        }
-        let mean = information.try_inverse().map_or(best.shift, |covariance| covariance * sum);
-        let refined = self.judge(mean, coordinates);
-        if refined.log_odds > best.log_odds { refined } else { best.clone() }
-    }
-
-    fn judge(&self, proposed: Vector2<f64>, coordinates: &Coordinates) -> Hypothesis {
-        let mut hypothesis = Hypothesis { shift: proposed, log_odds: 0.0, agreeing: Vec::new() };
-        for (index, view) in self.stretch.iter().enumerate() {
-            let lands = coordinates.map_from_place(view.place).translation.vector + proposed;
-            let mut best: Option<(f64, Option<usize>)> = None;
-            for (number, likeness) in view.likenesses.iter().enumerate() {
-                let apart = (coordinates.map_from_place(likeness.known).translation.vector - lands).norm();
-                if apart > OVERLAP {
-                    continue;
-                }
-                let (says, agrees) = likeness.says(view.place, proposed, coordinates);
-                if best.is_none_or(|(other, _)| says > other) {
-                    best = Some((says, agrees.then_some(number)));
-                }
-            }
-            let Some((says, agrees)) = best else { continue };
-            hypothesis.log_odds += says;
-            hypothesis.agreeing.extend(agrees.map(|number| (index, number)));
-        }
-        hypothesis
-    }
-}
-
-impl View {
-    /// What becomes of the resemblances that never found agreement: the most alike one is reported as refused.
-    fn forgotten(self, coordinates: &Coordinates) -> Option<Closure> {
-        let accepted = self.likenesses.iter().any(|likeness| likeness.decided);
-        let verdict = if accepted { return None } else { Verdict::NoAgreement { agreed: self.most_agreed.max(1) } };
-        let alike = self.likenesses.into_iter().filter(|likeness| likeness.displacement.is_some());
-        let best = alike.max_by(|a, b| a.score.total_cmp(&b.score).then(b.known.cmp(&a.known)))?;
-        best.closure(self.place, coordinates, verdict)
-    }
-}
-
-impl Likeness {
-    /// What this comparison says of a shift, and whether it agrees with it.
-    fn says(&self, place: PlaceId, proposed: Vector2<f64>, coordinates: &Coordinates) -> (f64, bool) {
-        let Some(measured) = &self.displacement else { return (UNLIKE, false) };
-        let (own, covariance) = shift(place, self.known, measured, coordinates);
-        let off = proposed - own;
-        let chi2 = covariance.try_inverse().map_or(f64::INFINITY, |i| (off.transpose() * i * off)[0]);
-        ((self.log_ratio - 0.5 * chi2).max(UNLIKE), chi2 < CHI2_99)
-    }
-
-    fn closure(self, place: PlaceId, coordinates: &Coordinates, verdict: Verdict) -> Option<Closure> {
-        let displacement = self.displacement?;
-        let shift = shift(place, self.known, &displacement, coordinates).0.norm();
-        Some(Closure { place, known: self.known, displacement, score: self.score, shift, verdict })
+    /// What agrees with the likeliest motion of the stretch, and the logarithm of its odds against all others and none.
+    fn likeliest(
+        &self,
+        map: &TopoMap<Arc<Signature>>,
+        coordinates: &Coordinates,
+        held: Held,
+    ) -> Option<(Vec<Agreement>, f64)> {
+        let newest = self.stretch.back()?.place;
+        let likenesses = self.stretch.iter().flat_map(|view| &view.likenesses);
+        let alike = likenesses.filter(|likeness| likeness.displacement.is_some()).map(|likeness| likeness.known);
+        let known: Vec<PlaceId> = BTreeSet::from_iter(alike).into_iter().collect();
+        let reach = known.iter().copied().zip(reach_from(map, newest, &known));
+        let reach: HashMap<PlaceId, Reach> = reach.filter_map(|(place, reach)| Some((place, reach?))).collect();
+        let mut hypotheses = Weighing::new(&self.stretch, coordinates, &reach, held).hypotheses().into_iter();
+        let best = hypotheses.next()?;
+        let against = 1.0 + hypotheses.map(|other| other.log_weight.exp()).sum::<f64>();
+        Some((best.agreeing, best.log_weight - against.ln()))
     }
 }
 
 fn index() -> SignatureIndex {
     SignatureIndex::new(Descriptor::LENGTH, 0.0..=1.0).expect("32 numbers between 0 and 1")
-}
-
-/// By how much a place would have to move, in the map, for an alignment to hold; with its covariance.
-fn shift(
-    place: PlaceId,
-    known: PlaceId,
-    measured: &Displacement,
-    coordinates: &Coordinates,
-) -> (Vector2<f64>, Matrix2<f64>) {
-    let (map_from_place, map_from_known) = (coordinates.map_from_place(place), coordinates.map_from_place(known));
-    // The old place's axes hold; those of the new one follow from the measured turn.
-    let turn = map_from_known.rotation.angle() - measured.turn.map_or(0.0, |turn| turn.change);
-    let turn = nalgebra::Rotation2::new(if measured.turn.is_some() { turn } else { map_from_place.rotation.angle() });
-    let lands = map_from_known.translation.vector - turn * measured.vector;
-    let covariance = turn.matrix() * measured.covariance * turn.matrix().transpose();
-    (lands - map_from_place.translation.vector, covariance)
-}
-
-/// How uncertain the relative position of two places is, in metres.
-fn sigma(reach: &Reach) -> f64 {
-    (reach.position_variance + (SYSTEMATIC * reach.path).powi(2)).sqrt()
 }
 
 /// The displacement that an alignment measures.

@@ -1,6 +1,6 @@
 use nalgebra::{Isometry2, Matrix3, Vector2};
 use robot_log::local_grid::{
-    Echo, LocalMap, LocalMapOptions, MatchOptions, Prior, SensorKind, echoes, refine, thinned,
+    Ambiguity, Echo, LocalMap, LocalMapOptions, Match, MatchOptions, Prior, SensorKind, echoes, refine, thinned,
 };
 use topo_map::{Displacement, PlaceId, Turn};
 
@@ -35,10 +35,21 @@ const FARTHEST: f64 = 4.03;
 /// The least deviations of such a measurement, in metres and radians: walls are not straight, paths between scans not exact.
 const FLOOR: (f64, f64) = (0.03, 0.006);
 
+/// The coordinates have a place elsewhere than the signatures if they differ by so many metres; they are of no help where the
+/// turns differ by so many radians.
+const ELSEWHERE: (f64, f64) = (0.3, 0.2);
+/// Nor where they are farther apart than this, in metres: the walls seen from one place end.
+const FIELD: f64 = 3.0;
+/// Scores that differ by less are equal.
+const AS_WELL: f64 = 0.02;
+
 /// Slides the laser scans taken at a closure's place into the walls seen from the known place.
 ///
 /// Signatures have cells of a decimetre, scans know a centimetre; and where the scans do not fit, the two are not the same.
-pub(crate) fn by_walls(trajectory: &Trajectory, closure: &Closure) -> Verification {
+/// Along a street of like houses signatures may lie one house aside, while the scans, which see farther, fit as well or
+/// better where the coordinates have the place already (`expected`: the known place as seen from the other). Then that is
+/// what they measure.
+pub(crate) fn by_walls(trajectory: &Trajectory, closure: &Closure, expected: &Isometry2<f64>) -> Verification {
     let (Some(place), Some(known)) = (anchor(trajectory, closure.place), anchor(trajectory, closure.known)) else {
         return Verification::Silent;
     };
@@ -46,12 +57,20 @@ pub(crate) fn by_walls(trajectory: &Trajectory, closure: &Closure) -> Verificati
     if view.len() < *ECHOES.start() {
         return Verification::Silent;
     }
-    let prior = prior(&closure.displacement);
-    let found = refine(&walls, &thinned(&view, *ECHOES.end()), &prior, &MatchOptions::default());
+    let (view, prior) = (thinned(&view, *ECHOES.end()), prior(&closure.displacement));
+    let fit = |prior: &Prior| refine(&walls, &view, prior, &MatchOptions::default());
+    let unmoved = Prior { map_from_robot: expected.inverse(), ..prior };
+    let apart = prior.map_from_robot.inv_mul(&unmoved.map_from_robot);
+    let elsewhere =
+        (ELSEWHERE.0..FIELD).contains(&apart.translation.vector.norm()) && apart.rotation.angle().abs() < ELSEWHERE.1;
+    let (mut found, mut prior) = (fit(&prior), prior);
+    if let Some(there) = elsewhere.then(|| fit(&unmoved)).filter(|there| there.score >= found.score - AS_WELL) {
+        (found, prior) = (there, unmoved);
+    }
     if found.score < LEAST_SCORE || prior.deviation(&found.map_from_robot) > FARTHEST {
         return Verification::Refuted(found.score);
     }
-    let information = found.covariance.try_inverse().map(|information| information + prior.information);
+    let information = found.covariance.try_inverse().map(|information| information + said(&prior, &found));
     let covariance = information.and_then(|information| information.try_inverse());
     covariance.map_or(Verification::Silent, |covariance| {
         Verification::Borne(displacement(&found.map_from_robot, &covariance, closure.displacement.turn.is_some()))
@@ -116,6 +135,22 @@ fn prior(displacement: &Displacement) -> Prior {
     let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
     Prior { map_from_robot: known_from_place, information }
 }
+
+/// What the signatures' word adds to that of the scans: nothing along an axis that the scans, which see farther, call a guess.
+fn said(prior: &Prior, found: &Match) -> Matrix3<f64> {
+    let unsaid = match found.ambiguity {
+        Ambiguity::None => return prior.information,
+        Ambiguity::Along(axis) => axis.unit_vector() * axis.unit_vector().transpose(),
+        Ambiguity::Everywhere => nalgebra::Matrix2::identity(),
+    };
+    let Some(mut covariance) = prior.information.try_inverse() else { return Matrix3::zeros() };
+    let mut position = covariance.fixed_view_mut::<2, 2>(0, 0);
+    position += unsaid * A_GUESS.powi(2);
+    covariance.try_inverse().unwrap_or_else(Matrix3::zeros)
+}
+
+/// The standard deviation of a guess, in metres.
+const A_GUESS: f64 = 1.0;
 
 /// How far the axes of two places of a compass may be turned to each other, as a standard deviation in radians.
 const COMPASS: f64 = 0.06;

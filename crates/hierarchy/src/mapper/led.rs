@@ -48,7 +48,7 @@ impl Mapper {
 
     /// Weighs a place just visited against all others.
     pub(crate) fn recognize(&mut self, place: PlaceId) -> Vec<Closure> {
-        self.recognizer.consider(&self.map, &self.coordinates, place, Sensing::Specular)
+        self.recognizer.consider(&self.map, &self.coordinates, place, Sensing::Specular, self.front_end.held())
     }
 
     pub(crate) fn tracker(&self) -> &Tracker {

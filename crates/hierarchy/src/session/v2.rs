@@ -256,6 +256,7 @@ fn stored_closure(closure: &Closure) -> StoredClosure {
         Verdict::NoAgreement { agreed } => (1, agreed, 0.0),
         Verdict::WallsDiffer { score } => (2, 0, score),
         Verdict::Contradicted { chi2 } => (3, 0, chi2),
+        Verdict::Ambiguous { agreed } => (4, agreed, 0.0),
     };
     StoredClosure {
         place: closure.place.0,
@@ -276,6 +277,7 @@ fn restored_closure(closure: &StoredClosure) -> Result<Closure, SessionError> {
         1 => Verdict::NoAgreement { agreed },
         2 => Verdict::WallsDiffer { score: figure },
         3 => Verdict::Contradicted { chi2: figure },
+        4 => Verdict::Ambiguous { agreed },
         other => return Err(contradiction(format!("a closure with verdict {other}"))),
     };
     Ok(Closure {

@@ -1,0 +1,443 @@
+use std::collections::HashMap;
+
+use nalgebra::{Isometry2, Matrix3, Vector2, Vector3};
+use topo_map::{Displacement, PlaceId};
+
+use super::closure::{Closure, Verdict};
+use crate::coordinates::Coordinates;
+use crate::reach::{Held, Reach};
+
+/// A place of the stretch with everything that it was compared with.
+#[derive(Debug, Clone)]
+pub(crate) struct View {
+    pub(crate) place: PlaceId,
+    pub(crate) likenesses: Vec<Likeness>,
+    pub(crate) most_agreed: usize,
+}
+
+/// One comparison of a place with an older one.
+#[derive(Debug, Clone)]
+pub(crate) struct Likeness {
+    pub(crate) known: PlaceId,
+    /// `known` as seen from the place; absent where the two do not look alike at all.
+    pub(crate) displacement: Option<Displacement>,
+    pub(crate) log_ratio: f64,
+    pub(crate) score: f64,
+    pub(crate) decided: bool,
+}
+
+/// A motion of the whole stretch in the map, and what speaks for it.
+#[derive(Debug, Clone)]
+pub(super) struct Hypothesis {
+    /// Where a point of the stretch would come to lie.
+    motion: Isometry2<f64>,
+    /// Logarithm of its probability against that of "never been here", which has 0.
+    pub(super) log_weight: f64,
+    pub(super) agreeing: Vec<Agreement>,
+}
+
+/// A likeness that agrees with a motion.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Agreement {
+    /// The view's number in the stretch, and the likeness' in the view.
+    pub(super) view: usize,
+    pub(super) likeness: usize,
+    /// Whether what it measured is near enough to become a link: one that only just agrees was probably drawn aside.
+    pub(super) is_firm: bool,
+}
+
+/// Weighs all motions that the views of a stretch propose against each other, and against none.
+pub(super) struct Weighing<'a> {
+    views: Vec<Sighted>,
+    turns: bool,
+    /// How surely each old place is known from the newest.
+    reach: &'a HashMap<PlaceId, Reach>,
+    held: Held,
+    /// The newest place: where a motion is measured.
+    pivot: Vector2<f64>,
+}
+
+/// A view with its comparisons, as the coordinates have them now.
+struct Sighted {
+    map_from_place: Isometry2<f64>,
+    comparisons: Vec<Comparison>,
+}
+
+/// A likeness, ready to be held against any motion.
+struct Comparison {
+    known: PlaceId,
+    map_from_known: Isometry2<f64>,
+    log_ratio: f64,
+    /// Where the old place was measured, the information of that, and the greatest χ² at which it still agrees; absent where
+    /// the two do not look alike.
+    measured: Option<(Isometry2<f64>, Matrix3<f64>, f64)>,
+}
+
+/// What the views together say of a motion: the sum of their logarithms, and the information of those that agree on the
+/// shift and turn at the pivot, with its gradient.
+struct Evidence {
+    sum: f64,
+    agreeing: Vec<Agreement>,
+    information: Matrix3<f64>,
+    gradient: Vector3<f64>,
+}
+
+/// How one measured displacement lies to a motion.
+struct Misfit {
+    residual: Vector3<f64>,
+    information: Matrix3<f64>,
+    is_firm: bool,
+}
+
+/// Views say something of a motion where they land no farther from an old place than this, in metres: farther apart, two
+/// signatures share too little.
+pub(super) const OVERLAP: f64 = 1.2;
+/// 99 % of the χ² distribution with two degrees of freedom, and with three: beyond it a likeness does not agree.
+const CHI2_99: [f64; 2] = [9.21, 11.34];
+/// The share of that within which it agrees firmly: 95 %.
+const FIRM: f64 = 0.65;
+/// Motions closer than this are the same, in metres and radians.
+const SAME: (f64, f64) = (0.8, 0.2);
+/// Proposals so close to each other need no judgement of their own.
+const NEARLY_EQUAL: (f64, f64) = (0.1, 0.05);
+/// What a view says that does not look like the old place on which it would lie.
+pub(super) const UNLIKE: f64 = -1.5;
+/// The deviation by which an alignment may err in the turn, beyond its own covariance, in radians: scans see walls where they
+/// are, a few sonars see them a decimetre to the side.
+fn turn_error(held: Held) -> f64 {
+    if held == Held::Scans { 0.02 } else { 0.2 }
+}
+
+/// The least deviations of the coordinates, in metres and radians: a scan may be laid wrongly now and then.
+const LEAST_DOUBT: (f64, f64) = (0.15, 0.02);
+
+impl<'a> Weighing<'a> {
+    pub(super) fn new(
+        views: impl IntoIterator<Item = &'a View>,
+        coordinates: &Coordinates,
+        reach: &'a HashMap<PlaceId, Reach>,
+        held: Held,
+    ) -> Self {
+        let views: Vec<Sighted> =
+            views.into_iter().map(|view| Sighted::of(view, coordinates, turn_error(held))).collect();
+        let pivot = views.last().map_or_else(Vector2::zeros, |view| view.map_from_place.translation.vector);
+        let mut comparisons = views.iter().flat_map(|view| &view.comparisons);
+        let turns = comparisons.any(|of| of.measured.is_some_and(|(_, information, _)| information[(2, 2)] > 0.0));
+        Self { views, turns, reach, held, pivot }
+    }
+
+    /// All motions worth the name, the likeliest first, each different from those before it.
+    pub(super) fn hypotheses(&self) -> Vec<Hypothesis> {
+        let proposed: Vec<Hypothesis> = self.proposals().iter().filter_map(|motion| self.judge(motion)).collect();
+        let refined = self.different(proposed).iter().filter_map(|rough| self.refined(rough)).collect();
+        self.different(refined)
+    }
+
+    /// The likeliest first, without those that are close to a likelier one.
+    fn different(&self, mut hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
+        hypotheses.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+        let mut different: Vec<Hypothesis> = Vec::new();
+        for hypothesis in hypotheses {
+            if different.iter().all(|other| !self.are_close(&hypothesis.motion, &other.motion, SAME)) {
+                different.push(hypothesis);
+            }
+        }
+        different
+    }
+
+    /// The motion that each likeness proposes by itself.
+    fn proposals(&self) -> Vec<Isometry2<f64>> {
+        let mut proposals: Vec<Isometry2<f64>> = Vec::new();
+        for view in &self.views {
+            for comparison in &view.comparisons {
+                let Some((measured, information, _)) = &comparison.measured else { continue };
+                let turned = information[(2, 2)] > 0.0;
+                let motion = motion(&view.map_from_place, &comparison.map_from_known, measured, turned);
+                if proposals.iter().all(|other| !self.are_close(&motion, other, NEARLY_EQUAL)) {
+                    proposals.push(motion);
+                }
+            }
+        }
+        proposals
+    }
+
+    fn are_close(&self, a: &Isometry2<f64>, b: &Isometry2<f64>, within: (f64, f64)) -> bool {
+        let (a_pivot, b_pivot) = (a * nalgebra::Point2::from(self.pivot), b * nalgebra::Point2::from(self.pivot));
+        (a_pivot - b_pivot).norm() < within.0 && a.rotation.angle_to(&b.rotation).abs() < within.1
+    }
+
+    fn judge(&self, motion: &Isometry2<f64>) -> Option<Hypothesis> {
+        let seen = self.evidence(motion);
+        let doubt = self.doubt(&seen.agreeing)?;
+        Some(self.weighed(*motion, seen, &doubt))
+    }
+
+    /// A hypothesis moved to where the views that agree with it and the coordinates together want it, if that is better.
+    fn refined(&self, rough: &Hypothesis) -> Option<Hypothesis> {
+        let seen = self.evidence(&rough.motion);
+        let better = self.judge(&self.towards(&rough.motion, &seen, &self.doubt(&seen.agreeing)?));
+        better.filter(|better| better.log_weight > rough.log_weight).or_else(|| Some(rough.clone()))
+    }
+
+    /// By how much the coordinates may be wrong: the variances of shift and turn, over the surest way to any place agreed on.
+    fn doubt(&self, agreeing: &[Agreement]) -> Option<Vector3<f64>> {
+        let known = |at: &Agreement| self.views[at.view].comparisons[at.likeness].known;
+        let reach = agreeing.iter().filter_map(|at| self.reach.get(&known(at)));
+        let surest = reach.min_by(|a, b| self.held.variance(a).total_cmp(&self.held.variance(b)))?;
+        let shift = self.held.variance(surest) + LEAST_DOUBT.0.powi(2);
+        let turn = if self.turns { surest.turn_variance + LEAST_DOUBT.1.powi(2) } else { CERTAIN };
+        Some(Vector3::new(shift, shift, turn))
+    }
+
+    /// Shift and turn of a motion, at the pivot.
+    fn at_pivot(&self, motion: &Isometry2<f64>) -> Vector3<f64> {
+        let shift = motion * nalgebra::Point2::from(self.pivot) - self.pivot;
+        Vector3::new(shift.x, shift.y, motion.rotation.angle())
+    }
+
+    /// One step of Gauss-Newton towards what views and coordinates want.
+    fn towards(&self, motion: &Isometry2<f64>, seen: &Evidence, doubt: &Vector3<f64>) -> Isometry2<f64> {
+        let prior = Matrix3::from_diagonal(&doubt.map(f64::recip));
+        let wanted = seen.gradient - prior * self.at_pivot(motion);
+        let Some(step) = (seen.information + prior).try_inverse().map(|covariance| covariance * wanted) else {
+            return *motion;
+        };
+        let pivot = motion * nalgebra::Point2::from(self.pivot);
+        let turned = Isometry2::new(pivot.coords + step.xy(), step.z) * Isometry2::new(-pivot.coords, 0.0);
+        turned * motion
+    }
+
+    fn weighed(&self, motion: Isometry2<f64>, seen: Evidence, doubt: &Vector3<f64>) -> Hypothesis {
+        let at = self.at_pivot(&motion);
+        let prior = -0.5 * at.component_mul(&at).component_div(doubt).sum();
+        Hypothesis { motion, log_weight: seen.sum + prior, agreeing: seen.agreeing }
+    }
+
+    fn evidence(&self, motion: &Isometry2<f64>) -> Evidence {
+        let mut evidence =
+            Evidence { sum: 0.0, agreeing: Vec::new(), information: Matrix3::zeros(), gradient: Vector3::zeros() };
+        let pivot = motion * nalgebra::Point2::from(self.pivot);
+        for (index, view) in self.views.iter().enumerate() {
+            let lands = motion * view.map_from_place;
+            let mut best: Option<(f64, Option<(usize, Misfit)>)> = None;
+            for (number, comparison) in view.comparisons.iter().enumerate() {
+                let apart = comparison.map_from_known.translation.vector - lands.translation.vector;
+                if apart.norm_squared() > OVERLAP * OVERLAP {
+                    continue;
+                }
+                let (says, misfit) = comparison.says(&lands);
+                if best.as_ref().is_none_or(|(other, _)| says > *other) {
+                    best = Some((says, misfit.map(|misfit| (number, misfit))));
+                }
+            }
+            let Some((says, agrees)) = best else { continue };
+            evidence.sum += says;
+            if let Some((number, misfit)) = agrees {
+                let known = view.comparisons[number].map_from_known.translation.vector;
+                evidence.agree((index, number), &misfit, &lands, known - pivot.coords);
+            }
+        }
+        evidence
+    }
+}
+
+impl Evidence {
+    /// Counts a view that agrees; `lever` leads from the pivot to the old place.
+    fn agree(
+        &mut self,
+        (view, likeness): (usize, usize),
+        misfit: &Misfit,
+        lands: &Isometry2<f64>,
+        lever: Vector2<f64>,
+    ) {
+        // Where the old place is seen when the stretch moves on by a shift and a turn about the pivot.
+        let place_from_map = lands.rotation.inverse().to_rotation_matrix();
+        let sideways = place_from_map * Vector2::new(-lever.y, lever.x);
+        let mut moves = Matrix3::zeros();
+        moves.fixed_view_mut::<2, 2>(0, 0).copy_from(&-place_from_map.matrix());
+        moves.fixed_view_mut::<2, 1>(0, 2).copy_from(&-sideways);
+        moves[(2, 2)] = -1.0;
+        self.information += moves.transpose() * misfit.information * moves;
+        self.gradient += moves.transpose() * misfit.information * misfit.residual;
+        self.agreeing.push(Agreement { view, likeness, is_firm: misfit.is_firm });
+    }
+}
+
+impl View {
+    /// What becomes of the resemblances that never found agreement: the most alike one is reported as refused.
+    pub(super) fn forgotten(self, coordinates: &Coordinates, agreement: usize) -> Option<Closure> {
+        if self.likenesses.iter().any(|likeness| likeness.decided) {
+            return None;
+        }
+        let agreed = self.most_agreed.max(1);
+        let verdict = if agreed >= agreement { Verdict::Ambiguous { agreed } } else { Verdict::NoAgreement { agreed } };
+        let alike = self.likenesses.into_iter().filter(|likeness| likeness.displacement.is_some());
+        let best = alike.max_by(|a, b| a.score.total_cmp(&b.score).then(b.known.cmp(&a.known)))?;
+        best.closure(self.place, coordinates, verdict)
+    }
+}
+
+impl Likeness {
+    pub(super) fn closure(self, place: PlaceId, coordinates: &Coordinates, verdict: Verdict) -> Option<Closure> {
+        let displacement = self.displacement?;
+        let (at, known) = (coordinates.map_from_place(place), coordinates.map_from_place(self.known));
+        let measured = displacement.from_place_from_to_place();
+        let lands = motion(&at, &known, &measured, displacement.turn.is_some()) * at;
+        let shift = (lands.translation.vector - at.translation.vector).norm();
+        Some(Closure { place, known: self.known, displacement, score: self.score, shift, verdict })
+    }
+}
+
+impl Sighted {
+    fn of(view: &View, coordinates: &Coordinates, turn_error: f64) -> Self {
+        let map_from_place = coordinates.map_from_place(view.place);
+        let comparison = |likeness: &Likeness| Comparison {
+            known: likeness.known,
+            map_from_known: coordinates.map_from_place(likeness.known),
+            log_ratio: likeness.log_ratio,
+            measured: likeness.displacement.and_then(|measured| seen(&measured, turn_error)),
+        };
+        Self { map_from_place, comparisons: view.likenesses.iter().map(comparison).collect() }
+    }
+}
+
+impl Comparison {
+    /// What this comparison says of a view that lands somewhere, and how it lies to that if it agrees.
+    fn says(&self, lands: &Isometry2<f64>) -> (f64, Option<Misfit>) {
+        let Some((measured, information, bound)) = &self.measured else { return (UNLIKE, None) };
+        let expected = lands.inv_mul(&self.map_from_known);
+        let off = measured.translation.vector - expected.translation.vector;
+        let turn = if information[(2, 2)] > 0.0 { expected.rotation.angle_to(&measured.rotation) } else { 0.0 };
+        let residual = Vector3::new(off.x, off.y, turn);
+        let chi2 = residual.dot(&(information * residual));
+        let misfit = Misfit { residual, information: *information, is_firm: chi2 < FIRM * bound };
+        ((self.log_ratio - 0.5 * chi2).max(UNLIKE), (chi2 < *bound).then_some(misfit))
+    }
+}
+
+/// A measured displacement as a pose with its information, 0 for a turn that a compass holds, and its bound of agreement;
+/// `None` for a covariance that is none.
+fn seen(measured: &Displacement, turn_error: f64) -> Option<(Isometry2<f64>, Matrix3<f64>, f64)> {
+    let mut information = Matrix3::zeros();
+    information.fixed_view_mut::<2, 2>(0, 0).copy_from(&measured.covariance.try_inverse()?);
+    if let Some(turn) = measured.turn {
+        information[(2, 2)] = 1.0 / (turn.variance + turn_error.powi(2));
+    }
+    let bound = CHI2_99[usize::from(measured.turn.is_some())];
+    Some((measured.from_place_from_to_place(), information, bound))
+}
+
+/// The variance of a turn that a compass holds, in rad².
+const CERTAIN: f64 = 1e-6;
+
+/// How the stretch would have to move, in the map, for an alignment to hold.
+fn motion(
+    map_from_place: &Isometry2<f64>,
+    map_from_known: &Isometry2<f64>,
+    place_from_known: &Isometry2<f64>,
+    turned: bool,
+) -> Isometry2<f64> {
+    // The old place's axes hold; those of the new one follow from the measured turn.
+    let lands = match turned {
+        true => map_from_known * place_from_known.inverse(),
+        false => {
+            let seen = map_from_place.rotation * place_from_known.translation.vector;
+            Isometry2::from_parts((map_from_known.translation.vector - seen).into(), map_from_place.rotation)
+        }
+    };
+    lands * map_from_place.inverse()
+}
+
+#[cfg(test)]
+mod tests {
+    use topo_map::Turn;
+
+    use super::*;
+
+    /// Two rows of old places 4 m apart, and a stretch of four new ones midway between them.
+    struct Midway {
+        coordinates: Coordinates,
+        reach: HashMap<PlaceId, Reach>,
+    }
+
+    const ROWS: [u32; 2] = [0, 4];
+
+    impl Midway {
+        fn new() -> Self {
+            let mut coordinates = Coordinates::default();
+            coordinates.place(PlaceId(0), None);
+            for number in 0..12_u32 {
+                // Numbers 0 to 3 are the first row, 4 to 7 the second, 8 to 11 the new places.
+                let x = if number < 4 {
+                    0.0
+                } else if number < 8 {
+                    4.0
+                } else {
+                    2.0
+                };
+                let at = Displacement::isotropic(Vector2::new(x, f64::from(number % 4)), 0.01);
+                if number > 0 {
+                    coordinates.place(PlaceId(number), Some((PlaceId(0), &at)));
+                }
+            }
+            let far = Reach { position_variance: 4.0, turn_variance: 0.1, path: 0.0 };
+            Self { coordinates, reach: (0..8).map(|known| (PlaceId(known), far)).collect() }
+        }
+
+        /// Four views, each exactly like its neighbour in these rows, as turned as `turn` says of it.
+        fn views(rows: &[u32], turn: impl Fn(u32) -> Option<f64>) -> Vec<View> {
+            let view = |number: u32| {
+                let likeness = |row: &u32| {
+                    let turn = turn(number).map(|change| Turn { change, variance: 1e-4 });
+                    let displacement = Displacement { turn, ..Displacement::isotropic(Vector2::zeros(), 0.02) };
+                    let known = PlaceId(row + number);
+                    Likeness { known, displacement: Some(displacement), log_ratio: 1.4, score: 0.8, decided: false }
+                };
+                let likenesses = rows.iter().map(likeness).collect();
+                View { place: PlaceId(8 + number), likenesses, most_agreed: 0 }
+            };
+            (0..4).map(view).collect()
+        }
+
+        fn weighed(&self, views: &[View]) -> Vec<Hypothesis> {
+            Weighing::new(views, &self.coordinates, &self.reach, Held::Scans).hypotheses()
+        }
+    }
+
+    #[test]
+    fn views_that_agree_on_one_motion_weigh_together() {
+        let midway = Midway::new();
+        let found = midway.weighed(&Midway::views(&ROWS[..1], |_| None));
+        assert_eq!((found.len(), found[0].agreeing.len()), (1, 4));
+        approx::assert_relative_eq!(found[0].motion.translation.vector, Vector2::new(-2.0, 0.0), epsilon = 1e-2);
+        // Four views of 1.4 each, less the doubt: a shift of 2 m where 2 m are the standard deviation.
+        approx::assert_relative_eq!(found[0].log_weight, 5.6 - 0.5, epsilon = 0.05);
+    }
+
+    #[test]
+    fn two_rows_that_look_alike_are_as_likely_as_each_other() {
+        let midway = Midway::new();
+        let found = midway.weighed(&Midway::views(&ROWS, |_| None));
+        assert_eq!(found.len(), 2);
+        approx::assert_relative_eq!(found[0].log_weight, found[1].log_weight, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn views_that_turn_differently_do_not_agree() {
+        let midway = Midway::new();
+        let same = midway.weighed(&Midway::views(&ROWS[..1], |_| Some(0.0)));
+        assert_eq!(same[0].agreeing.len(), 4);
+        let all_ways = midway.weighed(&Midway::views(&ROWS[..1], |number| Some(1.5 * f64::from(number))));
+        assert!(all_ways.iter().all(|found| found.agreeing.len() < 2 && found.log_weight < 1.4), "{all_ways:?}");
+    }
+
+    #[test]
+    fn the_surer_the_coordinates_the_less_they_are_moved() {
+        let mut midway = Midway::new();
+        let views = Midway::views(&ROWS[..1], |_| None);
+        let before = midway.weighed(&views)[0].log_weight;
+        midway.reach.values_mut().for_each(|reach| reach.position_variance = 0.25);
+        let after = midway.weighed(&views)[0].log_weight;
+        assert!(before > 4.6 && after < 0.0, "{before} and {after}");
+    }
+}
