@@ -27,6 +27,7 @@ mod survey;
 
 mod graph;
 mod names;
+mod overlay;
 
 pub mod baseline;
 pub mod export;
@@ -40,6 +41,7 @@ pub use morphology::{Element, Logic, dilate, erode, opening};
 pub use names::{NoSuchRegion, carry_names};
 pub use options::{Options, SegmentError};
 pub use outline::{Outline, Polygon};
+pub use overlay::lay_over;
 pub use region_map::RegionMap;
 pub use regions::Region;
 pub use segment::{segment, segment_explored};

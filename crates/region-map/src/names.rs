@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use local_grid::nalgebra::Isometry2;
+
 use crate::RegionMap;
 
 /// There is no region with this label.
@@ -41,10 +43,11 @@ impl RegionMap {
 /// Gives the regions of a new map the names that the regions in their place had in an old one. Returns the names that
 /// found no region.
 ///
-/// Both maps must be in one frame; their grids may differ. Pairs are matched one to one by the area they share, largest first;
+/// `old_from_new` takes points of the new map to the old one: the identity for two maps in one frame, [`lay_over`](crate::lay_over)
+/// for maps of two runs through one building. The grids may differ. Pairs are matched one to one by the area they share, largest first;
 /// a name that the new map already has stays.
-pub fn carry_names(old: &RegionMap, new: &mut RegionMap) -> Vec<String> {
-    let mut pairs: Vec<((u16, u16), usize)> = shared_cells(old, new).into_iter().collect();
+pub fn carry_names(old: &RegionMap, new: &mut RegionMap, old_from_new: &Isometry2<f64>) -> Vec<String> {
+    let mut pairs: Vec<((u16, u16), usize)> = shared_cells(old, new, old_from_new).into_iter().collect();
     pairs.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
     let mut sizes = vec![0_usize; new.regions.len() + 1];
     new.labels.cells().iter().for_each(|&label| sizes[usize::from(label)] += 1);
@@ -69,12 +72,12 @@ pub fn carry_names(old: &RegionMap, new: &mut RegionMap) -> Vec<String> {
 }
 
 /// How many cells of the new map each pair of an old and a new label shares.
-fn shared_cells(old: &RegionMap, new: &RegionMap) -> BTreeMap<(u16, u16), usize> {
+fn shared_cells(old: &RegionMap, new: &RegionMap, old_from_new: &Isometry2<f64>) -> BTreeMap<(u16, u16), usize> {
     let frame = new.labels.frame();
     let mut shared = BTreeMap::new();
     for (index, &to) in new.labels.cells().iter().enumerate().filter(|(_, label)| **label > 0) {
         let center = frame.center(index / frame.columns(), index % frame.columns());
-        if let Some(&from) = old.labels.at(center).filter(|label| **label > 0) {
+        if let Some(&from) = old.labels.at(old_from_new * center).filter(|label| **label > 0) {
             *shared.entry((from, to)).or_default() += 1;
         }
     }

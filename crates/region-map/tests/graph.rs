@@ -1,7 +1,8 @@
 //! Ways through regions, and names that outlive a map.
 
 use approx::assert_abs_diff_eq;
-use region_map::{NoSuchRegion, Options, carry_names, local_grid::Grid, nalgebra::Point2, segment};
+use region_map::nalgebra::{Isometry2, Point2};
+use region_map::{NoSuchRegion, Options, carry_names, lay_over, local_grid::Grid, segment};
 
 use crate::plans::{corridor_with_rooms, draw, two_rooms};
 
@@ -58,7 +59,7 @@ fn names_survive_a_new_map_of_another_resolution() {
         old.name(label, format!("room {label}")).unwrap();
     }
     let mut new = segment(&draw(&corridor_with_rooms(), 0.1, 0.0), &Options::default()).unwrap();
-    assert_eq!(carry_names(&old, &mut new), Vec::<String>::new());
+    assert_eq!(carry_names(&old, &mut new, &Isometry2::identity()), Vec::<String>::new());
     for region in &old.regions {
         let there = new.region_at(region.inside).unwrap();
         assert_eq!(there.name, region.name);
@@ -74,10 +75,38 @@ fn a_name_whose_room_is_gone_is_reported_and_a_new_name_stays() {
     old.name(left, "kitchen").unwrap();
     old.name(right, "store").unwrap();
     let mut new = segment(&draw(&two_rooms(0.9)[..1], 0.05, 0.0), &Options::default()).unwrap();
-    assert_eq!(carry_names(&old, &mut new), ["store"]);
+    assert_eq!(carry_names(&old, &mut new, &Isometry2::identity()), ["store"]);
     assert_eq!(new.regions[0].name.as_deref(), Some("kitchen"));
     new.name(1, "galley").unwrap();
-    assert_eq!(carry_names(&old, &mut new), ["kitchen", "store"]);
+    assert_eq!(carry_names(&old, &mut new, &Isometry2::identity()), ["kitchen", "store"]);
     assert_eq!(new.regions[0].name.as_deref(), Some("galley"));
     assert_eq!(new.name(9, "hall"), Err(NoSuchRegion { label: 9, count: 1 }));
+}
+
+/// A corridor of 14 m with three rooms of different widths on one side and one on the other.
+fn unlike_rooms() -> Vec<([f64; 2], [f64; 2])> {
+    let rooms = [(0.0, 3.0), (3.2, 8.6), (8.8, 13.0)];
+    let mut boxes = vec![([0.0, 0.0], [14.0, 1.8]), ([9.0, -4.2], [14.0, -0.2]), ([10.0, -0.2], [10.9, 0.0])];
+    for (from, to) in rooms {
+        boxes.extend([([from, 2.0], [to, 6.0]), ([from + 1.0, 1.8], [from + 1.9, 2.0])]);
+    }
+    boxes
+}
+
+#[test]
+fn names_survive_a_map_with_another_north_and_another_origin() {
+    let mut old = segment(&draw(&unlike_rooms(), 0.05, 0.0), &Options::default()).unwrap();
+    assert_eq!(old.regions.len(), 5);
+    for label in 1..=5 {
+        old.name(label, format!("room {label}")).unwrap();
+    }
+    for turn in [0.0, 0.1, 0.7, 2.5] {
+        let mut new = segment(&draw(&unlike_rooms(), 0.1, turn), &Options::default()).unwrap();
+        let old_from_new = lay_over(&old, &new).unwrap();
+        assert_abs_diff_eq!(old_from_new.rotation.angle(), -turn, epsilon = 0.02);
+        assert_eq!(carry_names(&old, &mut new, &old_from_new), Vec::<String>::new(), "turned by {turn}");
+        for region in &new.regions {
+            assert_eq!(old.region_at(old_from_new * region.inside).unwrap().name, region.name);
+        }
+    }
 }

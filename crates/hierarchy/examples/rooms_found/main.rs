@@ -8,7 +8,8 @@
 //! stops, and the one that is built once more from its log alone, as `topogrid run` does. The truth is the world's plan:
 //! what hangs together with all doors shut is a room, if the robot can get into it, and an open door between two rooms is a
 //! door. A room is found where a region has more than half of their floor in common with it, a door where a gateway within
-//! a metre joins the regions of its two rooms (`x`, or `s` where it is believed to be shut). PICTURES is a folder for pictures of all regions.
+//! a metre joins the regions of its two rooms (`x`, or `s` where it is believed to be shut). The names of rooms are carried
+//! from each seed's map to the next one's. PICTURES is a folder for pictures of all regions.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 mod score;
@@ -21,7 +22,7 @@ use hierarchy::evaluate::TimedPath;
 use hierarchy::topo_map::ExplorerOptions;
 use hierarchy::{Config, Ended, Errand, Exploration, Mapper};
 use nalgebra::Isometry2;
-use region_map::RegionMap;
+use region_map::{RegionMap, carry_names, lay_over};
 use robot_log::local_grid::FuzzyGrid;
 use robot_log::{Entry, EntryKind};
 use score::{Score, truth_from_map};
@@ -42,6 +43,7 @@ fn main() -> Result<(), Failure> {
     println!("{}: {} rooms, {} doors", world.name(), rooms.count, rooms.doors.len());
     println!("seed map       regions gateways  doors  agreement of the rooms");
     let mut tally = [[0; 2]; 2];
+    let (mut before, mut names): ([Option<(RegionMap, Score)>; 2], _) = ([None, None], [[0; 3]; 2]);
     for seed in first..=last {
         let (explored, entries) = explore(&world, &robot, seed)?;
         for (kind, mapper) in [explored, mapped(&entries)?].iter_mut().enumerate() {
@@ -50,6 +52,10 @@ fn main() -> Result<(), Failure> {
             report(&name, &map, &score);
             tally[kind][0] += usize::from(score.is_complete());
             tally[kind][1] += score.doors.iter().flatten().count();
+            if let Some((old, found)) = &before[kind] {
+                let counted = names_carried((old, found), (&map, &score));
+                names[kind].iter_mut().zip(counted).for_each(|(sum, count)| *sum += count);
+            }
             if let Some(folder) = pictures.first() {
                 let file = Path::new(folder).join(format!("{}.png", name.trim().replace(' ', "-")));
                 region_map::export::write_picture(
@@ -58,11 +64,13 @@ fn main() -> Result<(), Failure> {
                     &hierarchy::floor(&gridmap, &mapper.poses()),
                 )?;
             }
+            before[kind] = Some((map, score));
         }
     }
-    for (name, [complete, doors]) in ["explored", "from log"].into_iter().zip(tally) {
+    for ((name, [complete, doors]), [right, wrong, all]) in ["explored", "from log"].into_iter().zip(tally).zip(names) {
         let seeds = usize::try_from(last + 1 - first)?;
         println!("{name}: complete {complete} of {seeds}, doors {doors} of {}", seeds * rooms.doors.len());
+        println!("{name}: names of the seed before: {right} of {all} at their rooms, {wrong} at others");
     }
     Ok(())
 }
@@ -108,6 +116,29 @@ fn judge(mapper: &mut Mapper, rooms: &Rooms, entries: &[Entry]) -> Result<(Fuzzy
     let truth_from_map: Isometry2<f64> = truth_from_map(mapper, &TimedPath::new(truth))?;
     let score = Score::of(rooms, &gridmap, &map, &truth_from_map);
     Ok((gridmap, map, score))
+}
+
+/// Names the rooms found in the map of another seed, lays the
+/// new map over it and carries the names over: how many come to their own rooms, how many to others, of those whose rooms both maps have.
+fn names_carried((old, found): (&RegionMap, &Score), (map, score): (&RegionMap, &Score)) -> [usize; 3] {
+    let (mut old, mut new) = (old.clone(), map.clone());
+    for (room, (label, _)) in found.rooms.iter().enumerate() {
+        // The label was found in this map.
+        let _ = label.map(|label| old.name(label, format!("room {room}")));
+    }
+    let Some(old_from_new) = lay_over(&old, &new) else { return [0; 3] };
+    carry_names(&old, &mut new, &old_from_new);
+    let mut counted = [0; 3];
+    for (room, ((before, _), (now, _))) in found.rooms.iter().zip(&score.rooms).enumerate() {
+        let name = format!("room {room}");
+        let carried = new.find(&name).map(|region| region.label);
+        if let (Some(_), Some(now)) = (before, now) {
+            counted[0] += usize::from(carried == Some(*now));
+            counted[1] += usize::from(carried.is_some_and(|label| label != *now));
+            counted[2] += 1;
+        }
+    }
+    counted
 }
 
 fn report(name: &str, map: &RegionMap, score: &Score) {
