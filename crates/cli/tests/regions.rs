@@ -125,4 +125,14 @@ fn a_run_keeps_names_and_closed_gateways_in_its_session() {
     regions().args(["--name", &format!("{}=lobby", largest["label"])]).assert().success();
     edit(&["undo"]);
     regions().assert().success().stdout(contains("lobby").and(contains("kitchen")));
+
+    // Another run through the building takes the names over, and keeps them by itself from then on.
+    let again = folder.path().join("again");
+    topogrid().arg("demo").arg("-o").arg(&again).assert().success();
+    let named = || contains("lobby").and(contains("kitchen"));
+    topogrid().arg("regions").arg(&again).assert().success().stdout(named().not());
+    topogrid().arg("regions").arg(&again).arg("--names-of").arg(&run).assert().success().stdout(named());
+    topogrid().arg("regions").arg(&again).assert().success().stdout(named());
+    let picture = topogrid().arg("regions").arg(again.join("map.yaml")).arg("--names-of").arg(&run).assert();
+    picture.code(2).stderr(contains("is no run"));
 }

@@ -20,6 +20,8 @@ use floor::Floor;
 /// Rooms, corridors and gateways of a map
 ///
 /// Example: topogrid regions runs/office --name 3=kitchen
+///
+/// Example: topogrid regions runs/tuesday --names-of runs/monday
 #[derive(Debug, Args)]
 #[command(
     after_help = "With --out: regions.geojson (polygons and gateways with their attributes, metres), regions.png (to \
@@ -43,6 +45,9 @@ pub(crate) struct RegionsArgs {
     /// Give a region a name; may be repeated
     #[arg(long = "name", value_name = "LABEL=NAME", value_parser = names::parse)]
     names: Vec<(u16, String)>,
+    /// Of a run: the names that regions have in another run through the same building; the two may begin anywhere
+    #[arg(long, value_name = "RUN")]
+    names_of: Option<PathBuf>,
     /// Of a run: nobody can pass this gateway, so no plan leads through it; may be repeated
     #[arg(long = "close", value_name = "GATEWAY")]
     closed: Vec<usize>,
@@ -79,6 +84,10 @@ pub(crate) fn run(args: &RegionsArgs, context: &Context) -> Result<(), Failure> 
     }
     if !(args.closed.is_empty() && args.opened.is_empty()) {
         let message = format!("{} is no run that could remember closed gateways", args.map.display());
+        return Err(Failure::new(Exit::Usage, "regions.arguments", message).help("name the folder of a run"));
+    }
+    if args.names_of.is_some() {
+        let message = format!("{} is no run that could take the names of another", args.map.display());
         return Err(Failure::new(Exit::Usage, "regions.arguments", message).help("name the folder of a run"));
     }
     let floor = Floor::open(&args.map, args.resolution)?;

@@ -2,8 +2,8 @@ use std::io;
 use std::path::Path;
 
 use hierarchy::{Mapper, Passage};
-use region_map::RegionMap;
 use region_map::nalgebra::Isometry2;
+use region_map::{RegionMap, carry_names, lay_over};
 
 use super::{Floor, RegionsArgs, names, show, warn_of_none, write};
 use crate::context::Context;
@@ -25,7 +25,11 @@ pub(super) fn run(args: &RegionsArgs, stored: &Path, context: &Context) -> Resul
     for lost in mapper.floor_plan().lost_names() {
         context.warn(&format!("the name `{lost}` has no region of its own at present; it is kept"));
     }
-    let changed = change(args, &mut mapper, &mut map)?;
+    let taken = match &args.names_of {
+        Some(other) => take_names(other, &mut mapper, &mut map, context)?,
+        None => false,
+    };
+    let changed = change(args, &mut mapper, &mut map)? || taken;
     let floor = Floor {
         free: hierarchy::floor(&gridmap, &mapper.poses()),
         unknown: None,
@@ -44,6 +48,26 @@ pub(super) fn run(args: &RegionsArgs, stored: &Path, context: &Context) -> Resul
     }
     let places = places(&mapper, &map);
     show(args, context, map, &floor, places, written)
+}
+
+/// Gives regions without a name those that they have in another run; answers whether any has.
+fn take_names(other: &Path, mapper: &mut Mapper, map: &mut RegionMap, context: &Context) -> Result<bool, Failure> {
+    let mut theirs = session::load(other)?;
+    let gridmap = map_folder::read(other)?.grid;
+    let old = theirs.survey(&gridmap).map_err(|error| Failure::rejected(other, "regions.map", &error))?;
+    let Some(old_from_new) = lay_over(&old, map) else { return Ok(false) };
+    let mut named = map.clone();
+    for lost in carry_names(&old, &mut named, &old_from_new) {
+        context.warn(&format!("the name `{lost}` of {} found no region here", other.display()));
+    }
+    let mut taken = false;
+    for (label, name) in named.regions.iter().filter_map(|region| Some((region.label, region.name.as_ref()?))) {
+        if map.region(label).is_some_and(|region| region.name.is_none()) {
+            mapper.name_region(map, label, name).map_err(|error| names::refused(&error))?;
+            taken = true;
+        }
+    }
+    Ok(taken)
 }
 
 /// Names regions, opens and closes gateways; answers whether anything was asked for.
