@@ -8,7 +8,7 @@
 //! | does the robot know its place? | [`localization`], by its [`Contingency`] |
 //! | does it know a place again? | [`recognition`] |
 //! | are the walls where they should be? | [`compare_maps`], [`map_score`] |
-//! | is the map sharp, where nothing is known to be true? | [`sharpness`], [`mean_entropy`] |
+//! | is the map sharp, where nothing is known to be true? | [`sharpness`], [`known_entropy`] |
 
 mod alignment;
 mod distance_field;
@@ -27,7 +27,7 @@ mod statistics;
 pub use alignment::{Alignment, Fit, align};
 pub use localization::{Localization, localization};
 pub use map_match::{MapMatch, WallMatch, compare_maps, map_score};
-pub use odometry_map::odometry_map;
+pub use odometry_map::{odometry_map, odometry_map_by};
 pub use pairing::Pairing;
 pub use path::{PathError, TimedPath};
 pub use path_error::{AbsoluteError, Delta, RelativeError, absolute_error, relative_error};
@@ -36,5 +36,5 @@ pub use relations::{
     ErrorParts, Relation, RelationsError, RelationsOptions, RelationsParseError, read_relations, relations_error,
 };
 pub use revisits::recognition;
-pub use sharpness::{Sharpness, mean_entropy, sharpness, wall_thickness};
+pub use sharpness::{Sharpness, known_entropy, mean_entropy, sharpness, wall_thickness};
 pub use statistics::Statistics;

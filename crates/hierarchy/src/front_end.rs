@@ -4,7 +4,7 @@ use robot_log::{Entry, EntryKind};
 
 use crate::HeadingMode;
 use crate::config::Config;
-use crate::laser::LaserTrack;
+use crate::laser::{LaserTrack, tells_a_pose};
 use crate::reach::Held;
 use crate::tracker::Tracker;
 use crate::trajectory::Sample;
@@ -173,7 +173,7 @@ impl FrontEnd {
     }
 
     fn sense(&mut self, stamp: f64, scan: &Scan) -> Result<Sample, SenseError> {
-        if scan.sensor().kind() == SensorKind::Laser && self.scans_may_hold {
+        if scan.sensor().kind() == SensorKind::Laser && self.scans_may_hold && tells_a_pose(scan) {
             let predicted = self.tracker.track_from_robot();
             let found = self.laser_track.get_or_insert_with(LaserTrack::new).follow(&predicted, scan)?;
             if let Some(found) = found {
@@ -201,5 +201,6 @@ impl FrontEnd {
 /// The scans that a map of walls is drawn from, each where it was taken.
 fn lasers(samples: &[Sample]) -> impl Iterator<Item = (&Isometry2<f64>, &Scan)> {
     let lasers = samples.iter().filter(|sample| sample.scan.sensor().kind() == SensorKind::Laser);
+    let lasers = lasers.filter(|sample| tells_a_pose(&sample.scan));
     lasers.map(|sample| (&sample.track_from_robot, &sample.scan))
 }

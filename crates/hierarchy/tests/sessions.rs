@@ -65,6 +65,10 @@ fn a_resumed_map_of_other_sensors_is_the_uninterrupted_one() {
         let log = entries(&[folder.join("intel_raw.clf.gz")], None);
         goes_on(&log[..1500], &config, "by the fit of laser scans");
     }
+    if let Some(folder) = shared("laser/coreslam") {
+        let log = entries(&[folder.join("exp1.dat")], Some("coreslam"));
+        goes_on(&log[..300], &config, "by scans that stand askew");
+    }
     if let Some(folder) = shared("sonar/bigwheel") {
         let log = entries(&[folder.join("garden_15_03_20.csv")], Some("bigwheel"));
         goes_on(&log, &config, "by a gyro that drifts");

@@ -35,7 +35,7 @@ pub use signature::{
 };
 pub use structure::{
     FollowedWall, Learnt, StructureOptions, WallCompass, WallCompassOptions, WallDirection, WallEcho, WallRun,
-    WallRunOptions, WallRuns, wall_direction_of_echoes,
+    WallRunOptions, WallRuns, wall_direction_of_echoes, wall_direction_of_segments,
 };
 pub use working::{WorkingGrid, WorkingGridOptions};
 

@@ -2,10 +2,12 @@
 
 mod compass;
 mod runs;
+mod segments;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::{Echo, Heading};
+use segments::segments;
 
 pub use compass::{Learnt, WallCompass, WallCompassOptions};
 pub use runs::{FollowedWall, WallEcho, WallRun, WallRunOptions, WallRuns};
@@ -65,6 +67,20 @@ pub fn wall_direction_of_echoes(echoes: &[Echo], options: &StructureOptions) -> 
         }
     }
     angles.dominant(options)
+}
+
+/// The least total length of straight walls, in metres, from which a direction is taken.
+const LEAST_WALLS: f64 = 1.5;
+
+/// The direction of the long straight walls of one scan alone: it shows among chairs and people, and to a noisy scanner,
+/// where [`wall_direction_of_echoes`] is silent; but a single wall at an odd angle counts for the building.
+#[must_use]
+pub fn wall_direction_of_segments(echoes: &[Echo], options: &StructureOptions) -> Option<WallDirection> {
+    let mut angles = AngleHistogram::default();
+    for segment in segments(echoes) {
+        angles.add(segment.direction, segment.length);
+    }
+    angles.dominant(&StructureOptions { least_length: LEAST_WALLS, ..options.clone() })
 }
 
 /// The longest surface that one echo may stand for, in metres.

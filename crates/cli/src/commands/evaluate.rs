@@ -112,14 +112,16 @@ pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure>
     let estimate = judge.scores(&subject.path, carrier, subject.map.as_ref());
     judge.check(&estimate)?;
     let raw_map = subject.odometry_map();
+    let [entropy_bits, raw_entropy_bits] = subject.entropies();
+    let raw = |path| Scores { entropy_bits: raw_entropy_bits, ..judge.scores(path, None, raw_map.as_ref()) };
     let report = Report {
         schema: "topogrid/evaluate/1",
         file: args.subject.display().to_string(),
         poses: subject.path.len(),
         path_length_m: subject.path.length(),
-        odometry: subject.odometry.as_ref().map(|path| judge.scores(path, None, raw_map.as_ref())),
+        odometry: subject.odometry.as_ref().map(raw),
         recognition: subject.run.as_ref().and_then(|run| judge.recognition(run)),
-        estimate,
+        estimate: Scores { entropy_bits, ..estimate },
     };
     if context.json {
         context.print_json(&report)?;

@@ -1,4 +1,4 @@
-use global_grid::{GridError, GridMap};
+use global_grid::{Calculus, GridError, GridMap, GridOptions};
 use local_grid::FuzzyGrid;
 
 use crate::mapper::Mapper;
@@ -11,7 +11,16 @@ use crate::mapper::Mapper;
 ///
 /// Nothing was sensed, or the path runs farther than a dense grid can reach.
 pub fn odometry_map(mapper: &Mapper) -> Result<FuzzyGrid, GridError> {
-    let mut grid = GridMap::new(mapper.config().grid.options())?;
+    odometry_map_by(mapper, Calculus::Fuzzy)
+}
+
+/// The same, its readings fused by another calculus, as [`Mapper::gridmap_by`] fuses them.
+///
+/// # Errors
+///
+/// As [`odometry_map`].
+pub fn odometry_map_by(mapper: &Mapper, calculus: Calculus) -> Result<FuzzyGrid, GridError> {
+    let mut grid = GridMap::new(GridOptions { calculus, ..mapper.config().grid.options() })?;
     for (key, sample) in (0..).zip(mapper.trajectory().samples()) {
         grid.insert(key, &sample.odom_from_robot, &sample.scan)?;
     }

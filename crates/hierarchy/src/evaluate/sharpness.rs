@@ -1,5 +1,5 @@
 use global_grid::Occupancy;
-use local_grid::Grid;
+use local_grid::{FuzzyGrid, Grid};
 use serde::Serialize;
 
 /// What a map tells of its own quality, without any truth: doubled or smeared walls are thick.
@@ -85,6 +85,16 @@ pub fn mean_entropy(probabilities: impl IntoIterator<Item = f64>) -> Option<f64>
     (count > 0.0).then(|| sum / count)
 }
 
+/// The mean entropy in bits of the cells of which a map fused by Bayes' rule knows something: doubled walls are seen
+/// through from one of their places and not from the other, so that their cells stay undecided.
+///
+/// `None` where nothing is known.
+#[must_use]
+pub fn known_entropy(map: &FuzzyGrid) -> Option<f64> {
+    let known = map.cells().iter().filter(|cell| cell.empty > 0.0 || cell.occupied > 0.0);
+    mean_entropy(known.map(|cell| 0.5 * (1.0 + f64::from(cell.occupied) - f64::from(cell.empty))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,5 +127,11 @@ mod tests {
         assert_eq!(mean_entropy([0.0, 1.0]), Some(0.0));
         assert_eq!(mean_entropy([0.5, 0.5]), Some(1.0));
         assert_eq!(mean_entropy([]), None);
+
+        let mut map = FuzzyGrid::new(GridFrame::new(Point2::origin(), 0.1, 2, 2).unwrap());
+        assert_eq!(known_entropy(&map), None);
+        map.cells_mut()[0].occupied = 1.0;
+        (map.cells_mut()[1].occupied, map.cells_mut()[1].empty) = (0.5, 0.5);
+        assert_eq!(known_entropy(&map), Some(0.5));
     }
 }

@@ -26,6 +26,8 @@ impl Default for WallCompassOptions {
 
 /// The reference is averaged over so many times the sights that it takes to trust it.
 const LESSONS_AT_MOST: u32 = 10;
+/// However far a heading went astray, walls 20° from the building's direction belong to something else.
+const MOST_ASTRAY: f64 = 0.14;
 
 /// A compass made of walls: most buildings have one direction, modulo 90°, and show it everywhere.
 ///
@@ -86,9 +88,15 @@ impl WallCompass {
     ///
     /// Returns the turn in radians that the heading should take, 0 where the walls do not say.
     pub fn sight(&mut self, seen: &WallDirection, heading: f64) -> f64 {
+        self.sight_after(seen, heading, 0.0)
+    }
+
+    /// The same after something by which the heading may have gone astray by `astray` radians, as a standard deviation: walls
+    /// that far off still belong to the building, and correct the heading by as much as they are the surer of the two.
+    pub fn sight_after(&mut self, seen: &WallDirection, heading: f64, astray: f64) -> f64 {
         let in_map = WallDirection { direction: seen.direction + heading, ..*seen };
         let deviation = self.reference().map(|reference| in_map.turn_to(reference));
-        let turn = deviation.map_or(0.0, |deviation| self.judge(deviation, seen.sigma));
+        let turn = deviation.map_or(0.0, |deviation| self.judge(deviation, seen.sigma, astray.min(MOST_ASTRAY)));
         // Learning ends: a drift that is always held back a little late would teach the reference to follow it.
         if self.learnt.lessons < LESSONS_AT_MOST.saturating_mul(self.options.lessons) {
             let angle = 4.0 * (in_map.direction + turn);
@@ -98,12 +106,15 @@ impl WallCompass {
         turn
     }
 
-    fn judge(&mut self, deviation: f64, sigma: f64) -> f64 {
-        let agrees = if deviation.abs() <= self.options.agreement.max(2.5 * sigma) { 1.0 } else { 0.0 };
+    fn judge(&mut self, deviation: f64, sigma: f64, astray: f64) -> f64 {
+        let near = self.options.agreement.max(2.5 * sigma.hypot(astray));
+        let agrees = if deviation.abs() <= near { 1.0 } else { 0.0 };
         // Recent means the last thirty sights or so.
         self.learnt.agreement += (agrees - self.learnt.agreement) / 30.0;
-        let trusted = self.learnt.agreement >= self.options.least_agreement && deviation.abs() <= self.options.gate;
-        if trusted { self.options.gain * deviation } else { 0.0 }
+        let trusted = self.learnt.agreement >= self.options.least_agreement
+            && deviation.abs() <= self.options.gate.max(2.5 * astray);
+        let sure = astray.powi(2) / (astray.powi(2) + sigma.powi(2) + self.options.agreement.powi(2));
+        if trusted { self.options.gain.max(sure) * deviation } else { 0.0 }
     }
 }
 
@@ -126,6 +137,18 @@ mod tests {
             // The first ten sights only teach; what drifted until then is taken for true.
             assert!((heading - truth).abs() < 0.05, "scan {k}: off by {}", heading - truth);
         }
+    }
+
+    #[test]
+    fn a_heading_that_went_astray_at_once_is_brought_back() {
+        let mut compass = WallCompass::new(WallCompassOptions::default());
+        for _ in 0..20 {
+            compass.sight(&seen(0.2), 0.0);
+        }
+        let off = 10f64.to_radians();
+        assert_eq!(compass.clone().sight(&seen(0.2), off), 0.0, "too far for nothing to have happened");
+        let turn = compass.sight_after(&seen(0.2), off, 0.1);
+        assert!((-off..-0.8 * off).contains(&turn), "{turn}");
     }
 
     #[test]

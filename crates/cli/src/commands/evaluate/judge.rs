@@ -22,6 +22,8 @@ pub(super) struct Scores {
     pub(super) relations: Option<RelationsError>,
     pub(super) map: Option<MapMatch>,
     pub(super) sharpness: Option<Sharpness>,
+    /// Mean entropy of the map's known cells.
+    pub(super) entropy_bits: Option<f64>,
 }
 
 /// How well the run knew places again.
@@ -69,6 +71,7 @@ impl<'a> Judge<'a> {
                 compare_maps(map, reference, &(true_from_grid.inverse() * aligned * map_from_grid))
             }),
             sharpness: map.map(|(map, _)| sharpness(map)),
+            entropy_bits: None,
             ate,
         }
     }

@@ -1,9 +1,9 @@
 use std::path::{Path, PathBuf};
 
 use global_grid::map_server::{MapMetadata, read_image};
-use global_grid::{CrispOptions, Occupancy, occupancy};
+use global_grid::{Calculus, CrispOptions, Occupancy, occupancy};
 use hierarchy::Mapper;
-use hierarchy::evaluate::{TimedPath, odometry_map};
+use hierarchy::evaluate::{TimedPath, known_entropy, odometry_map, odometry_map_by};
 use hierarchy::local_grid::Grid;
 use nalgebra::Isometry2;
 use robot_log::EntryKind;
@@ -47,6 +47,13 @@ impl Subject {
     pub(super) fn odometry_map(&self) -> Option<PlacedMap> {
         let grid = odometry_map(self.run.as_ref()?).ok()?;
         Some((occupancy(&grid, &CrispOptions::for_map(&grid)), Isometry2::identity()))
+    }
+
+    /// Mean entropy in bits of the known cells of the run's map, and of that along its raw odometry, both by Bayes' rule.
+    pub(super) fn entropies(&self) -> [Option<f64>; 2] {
+        let Some(run) = &self.run else { return [None; 2] };
+        let mapped = run.gridmap_by(Calculus::Bayes).ok();
+        [mapped, odometry_map_by(run, Calculus::Bayes).ok()].map(|map| known_entropy(&map?))
     }
 }
 

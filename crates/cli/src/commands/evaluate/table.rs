@@ -7,7 +7,7 @@ use super::{RecognitionScores, Report, Scores};
 /// A line of the table: what it is, how it is read from the scores of a path, decimals, unit.
 type Row = (&'static str, fn(&Scores) -> Option<f64>, usize, &'static str);
 
-const ROWS: [Row; 30] = [
+const ROWS: [Row; 31] = [
     ("ATE rmse", |scores| Some(scores.ate.as_ref()?.translation_m.rmse), 3, "m"),
     ("ATE mean", |scores| Some(scores.ate.as_ref()?.translation_m.mean), 3, "m"),
     ("ATE max", |scores| Some(scores.ate.as_ref()?.translation_m.max), 3, "m"),
@@ -36,6 +36,7 @@ const ROWS: [Row; 30] = [
     ("map score per cell", |scores| Some(scores.map.as_ref()?.score_per_cell), 3, ""),
     ("not mapped", |scores| Some(100.0 * scores.map.as_ref()?.unknown_share), 1, "%"),
     ("wall thickness", |scores| scores.sharpness?.wall_thickness_m, 3, "m"),
+    ("entropy of a cell", |scores| scores.entropy_bits, 4, "bit"),
     ("free area", |scores| Some(scores.sharpness?.free_m2), 1, "m²"),
     ("occupied area", |scores| Some(scores.sharpness?.occupied_m2), 1, "m²"),
 ];
