@@ -44,8 +44,7 @@ fn a_bridge_parts_the_map_and_costs_nothing() {
     let mapper = mapped();
     let told = explain(&mapper).unwrap();
     let bridges: Vec<_> = told.links.iter().filter(|link| link.bridge).collect();
-    // What is solved together with the rest of the map is exact to rounding: 1e-9 σ at most.
-    assert!(bridges.iter().all(|link| link.origin == LinkOrigin::Traveled && link.chi2 < 1e-18), "{bridges:?}");
+    assert!(bridges.iter().all(|link| link.origin == LinkOrigin::Traveled && link.chi2 == 0.0), "{bridges:?}");
     for bridge in bridges.iter().take(3) {
         let what_if = without(&mapper, &[bridge.link]).unwrap();
         assert!(what_if.parted == bridge.beyond || what_if.parted == told.places.len() - bridge.beyond);

@@ -180,11 +180,12 @@ fn two_rooms() -> World {
 
 #[test]
 fn an_open_door_is_gone_through() {
-    // One robot in six takes the door, hidden behind the echoes of its posts, for a wall.
+    // Some take the door, hidden behind the echoes of its posts, for a wall at first; the gridmap tells them better.
     let world = two_rooms();
     let explored: Vec<_> = (1..=8).map(|seed| explored(&world, seed, ExplorerOptions::default())).collect();
-    let found = explored.iter().filter(|explored| explored.coverage(&world) > 0.95).count();
-    assert!(found >= 6, "of eight robots {found} went through");
+    for (explored, seed) in explored.iter().zip(1..) {
+        assert!(explored.coverage(&world) > 0.95, "seed {seed}: {}", explored.coverage(&world));
+    }
     // One survey a place, of three firings of sixteen sonars: those of places that are no more do not count.
     for Explored { exploration, .. } in &explored {
         let mapper = exploration.mapper();
@@ -198,7 +199,7 @@ fn an_open_door_is_gone_through() {
 fn a_robot_that_finishes_rooms_first_still_goes_through_the_door() {
     let world = two_rooms();
     let reluctant = Exploration::new(Config::default(), ExplorerOptions::default()).unwrap().rooms_first(4.0).unwrap();
-    let explored = explored_by(&world, 2, reluctant);
+    let explored = explored_by(&world, 3, reluctant);
     assert!(explored.coverage(&world) > 0.95, "{}", explored.coverage(&world));
     assert_eq!(explored.exploration.mapper().topology().n_predicted(), 0);
 }

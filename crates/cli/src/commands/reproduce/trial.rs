@@ -81,7 +81,7 @@ pub(super) struct Outcome {
     pub(super) links: Vec<(usize, usize)>,
 }
 
-/// A link is false if it is wrong by more than this, in metres, the spacing of places: it leads to another place.
+/// A link is false if it is wrong by more than this, in metres, about the spacing of places: it leads to another place.
 const FALSE_LINK: f64 = 1.0;
 /// A place that truly lies within so many metres of an older one doubles it.
 const DOUBLED: f64 = 0.5;
