@@ -132,6 +132,11 @@ impl Bearing {
     }
 }
 
+/// A place covers the floor to which its way is shorter than this share of the spacing: what is farther from all of them
+/// deserves a place of its own. At the full spacing rooms behind narrow doors were left out in 4 of 15 explored maps, with
+/// this share in 2.
+const COVERED: f64 = 0.9;
+
 impl Exploration {
     /// An exploration that begins where the robot stands.
     ///
@@ -224,7 +229,7 @@ impl Exploration {
         let visited = self.mapper.topology().places().iter().filter(|place| place.is_visited());
         let places: Vec<(PlaceId, Point2<f64>)> = visited.map(|place| (place.id, at(place.id))).collect();
         let floor = floor(&self.mapper.gridmap()?, &self.mapper.poses());
-        let frontiers = self.frontiers.find(&floor, &places, spacing);
+        let frontiers = self.frontiers.find(&floor, &places, COVERED * spacing);
         let (map, _, _) = self.mapper.charted();
         for Frontier { seen_from, toward } in &frontiers {
             self.explorer.expect(map, *seen_from, *toward)?;
