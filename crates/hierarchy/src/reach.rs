@@ -36,13 +36,13 @@ impl Held {
     /// Measured as the error of dead reckoning against the truth over 6 to 400 m of path (see the results of recognition):
     /// four logs with lasers and spoilt odometry, twenty simulated ones with sonars.
     pub(crate) fn variance(self, reach: &Reach) -> f64 {
-        let (chain, share) = match self {
-            Self::Scans => (1.0, 0.005),
-            Self::Compass | Self::Gyro => (1.0, 0.03), // the field that turns a needle stays the same over several links
-            Self::Walls => (1.0, 0.02),
-            Self::Wheels => (1.0, 0.08),
+        let share = match self {
+            Self::Scans => 0.005,
+            Self::Compass | Self::Gyro => 0.03, // the field that turns a needle stays the same over several links
+            Self::Walls => 0.02,
+            Self::Wheels => 0.08,
         };
-        chain * reach.position_variance + (share * reach.path).powi(2)
+        reach.position_variance + (share * reach.path).powi(2)
     }
 }
 

@@ -138,14 +138,12 @@ fn prior(displacement: &Displacement) -> Prior {
 
 /// What the signatures' word adds to that of the scans: nothing along an axis that the scans, which see farther, call a guess.
 fn said(prior: &Prior, found: &Match) -> Matrix3<f64> {
-    let unsaid = match found.ambiguity {
-        Ambiguity::None => return prior.information,
-        Ambiguity::Along(axis) => axis.unit_vector() * axis.unit_vector().transpose(),
-        Ambiguity::Everywhere => nalgebra::Matrix2::identity(),
-    };
+    if found.ambiguity == Ambiguity::None {
+        return prior.information;
+    }
     let Some(mut covariance) = prior.information.try_inverse() else { return Matrix3::zeros() };
     let mut position = covariance.fixed_view_mut::<2, 2>(0, 0);
-    position += unsaid * A_GUESS.powi(2);
+    position += found.ambiguity.unknown() * A_GUESS.powi(2);
     covariance.try_inverse().unwrap_or_else(Matrix3::zeros)
 }
 

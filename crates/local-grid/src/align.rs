@@ -60,6 +60,19 @@ pub enum Ambiguity {
     Everywhere,
 }
 
+impl Ambiguity {
+    /// The projection onto the axes along which nothing is known: times a variance in m², what is to be added there to the
+    /// covariance of an offset, since the window's own width is no measurement.
+    #[must_use]
+    pub fn unknown(&self) -> Matrix2<f64> {
+        match self {
+            Self::None => Matrix2::zeros(),
+            Self::Along(axis) => axis.unit_vector() * axis.unit_vector().transpose(),
+            Self::Everywhere => Matrix2::identity(),
+        }
+    }
+}
+
 /// How one signature lies in the other, and how far to believe it.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -43,9 +43,9 @@ impl RegionMap {
 /// Gives the regions of a new map the names that the regions in their place had in an old one. Returns the names that
 /// found no region.
 ///
-/// `old_from_new` takes points of the new map to the old one: the identity for two maps in one frame, [`lay_over`](crate::lay_over)
-/// for maps of two runs through one building. The grids may differ. Pairs are matched one to one by the area they share, largest first;
-/// a name that the new map already has stays.
+/// `old_from_new` takes points of the new map to the old one, in metres: the identity for two maps in one frame,
+/// [`lay_over`](crate::lay_over) for maps of two runs through one building. The grids may differ. Pairs are matched one to
+/// one by the area they share, largest first; a name that the new map already has stays.
 pub fn carry_names(old: &RegionMap, new: &mut RegionMap, old_from_new: &Isometry2<f64>) -> Vec<String> {
     let mut pairs: Vec<((u16, u16), usize)> = shared_cells(old, new, old_from_new).into_iter().collect();
     pairs.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));

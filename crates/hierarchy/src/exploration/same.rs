@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use local_grid::{AlignOptions, Ambiguity, Signature, align, unseen_by_sonar};
+use local_grid::{AlignOptions, Signature, align, unseen_by_sonar};
 use nalgebra::{Matrix2, Point2, Vector2};
 use relaxation::NetworkError;
 use topo_map::{DeadReckoning, Identity, NearbyOptions, Place, PlaceId, PlaceLikelihood, Supposed, identify_nearby};
@@ -135,18 +135,10 @@ fn position(mapper: &Mapper, place: PlaceId) -> Point2<f64> {
 fn compare(place: PlaceId, known: &Signature, view: &Signature) -> Option<PlaceLikelihood> {
     let found = align(known, view, &AlignOptions::default());
     let ratio = (12.0 * (found.score - UNLIKE) - 4.0 * found.contradiction).exp();
-    let floor = Matrix2::identity() * ALIGNMENT_FLOOR.powi(2) + unseen_by_sonar(known) + unsaid(&found.ambiguity);
+    // Guessed often enough, a guess would count as a measurement.
+    let unsaid = found.ambiguity.unknown() * GUESS.powi(2);
+    let floor = Matrix2::identity() * ALIGNMENT_FLOOR.powi(2) + unseen_by_sonar(known) + unsaid;
     let covariance = found.covariance.fixed_view::<2, 2>(0, 0).into_owned() + floor;
     let offset: Vector2<f64> = found.offset;
     (found.score > 0.0).then_some(PlaceLikelihood { place, ratio, offset, covariance, turn: found.turn })
-}
-
-/// What is to be added, in m², along the axes of which an alignment itself says that it is a guess: the window's own width
-/// is no measurement, and guessed often enough it would count as one.
-fn unsaid(ambiguity: &Ambiguity) -> Matrix2<f64> {
-    match ambiguity {
-        Ambiguity::None => Matrix2::zeros(),
-        Ambiguity::Along(axis) => axis.unit_vector() * axis.unit_vector().transpose() * GUESS.powi(2),
-        Ambiguity::Everywhere => Matrix2::identity() * GUESS.powi(2),
-    }
 }

@@ -23,7 +23,10 @@ const STRAIGHT: f64 = 0.08;
 /// The straight walls of a scan: neighbouring echoes, split where they leave their chord the most
 /// (Ramer 1972; Douglas & Peucker 1973), then fitted by a line with least squares across it.
 pub(super) fn segments(echoes: &[Echo]) -> Vec<Segment> {
-    let points: Vec<Point2<f64>> = echoes.iter().map(|echo| echo.point).collect();
+    segments_of(&echoes.iter().map(|echo| echo.point).collect::<Vec<_>>())
+}
+
+fn segments_of(points: &[Point2<f64>]) -> Vec<Segment> {
     let mut found = Vec::new();
     for surface in points.chunk_by(|a, b| (b - a).norm() <= GAP) {
         split(surface, &mut found);
@@ -56,4 +59,24 @@ fn direction(points: &[Point2<f64>]) -> f64 {
     let off = |point: &Point2<f64>| point.coords - mean;
     let spread: Matrix2<f64> = points.iter().map(|point| off(point) * off(point).transpose()).sum();
     0.5 * (2.0 * spread[(0, 1)]).atan2(spread[(0, 0)] - spread[(1, 1)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_corner_is_two_walls_and_a_chair_is_none() {
+        let at = |x: f64, y: f64| Point2::new(x, y);
+        let steps = |n: u32| (0..n).map(|k| 0.1 * f64::from(k));
+        let mut points: Vec<Point2<f64>> = steps(31).map(|x| at(x, 0.02 * (40.0 * x).sin())).collect();
+        points.extend(steps(21).skip(1).map(|y| at(3.0, y)));
+        points.extend(steps(5).map(|x| at(3.6 + x, 4.0)));
+        let found = segments_of(&points);
+        assert_eq!(found.len(), 2, "{found:?}");
+        approx::assert_abs_diff_eq!(found[0].length, 3.0, epsilon = 0.1);
+        approx::assert_abs_diff_eq!(found[1].length, 2.0, epsilon = 0.1);
+        approx::assert_abs_diff_eq!(found[0].direction, 0.0, epsilon = 0.02);
+        approx::assert_abs_diff_eq!(found[1].direction.abs(), std::f64::consts::FRAC_PI_2, epsilon = 0.02);
+    }
 }
