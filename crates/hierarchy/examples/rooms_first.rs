@@ -5,16 +5,18 @@
 //! ```
 //!
 //! A simulated Nomad 200 explores the world twice for each seed from FIRST to LAST: whatever is nearest first, and with
-//! whatever lies outside of the room in which it is RELUCTANCE metres (4) farther away. Compared are the ways of the seeds for which both
-//! covered the floor.
+//! whatever lies outside of the room in which it is RELUCTANCE metres (4) farther away. Compared are the ways of the seeds
+//! for which both covered the floor.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
-use hierarchy::evaluate::{Statistics, TimedPath};
+mod explored;
+
+use explored::{Explored, explore, truth};
+use hierarchy::evaluate::Statistics;
 use hierarchy::topo_map::ExplorerOptions;
-use hierarchy::{Config, Ended, Errand, Exploration};
+use hierarchy::{Config, Exploration};
 use nalgebra::Point2;
-use robot_log::{Entry, EntryKind};
-use simulator::{Command, Robot, RobotDescription, World};
+use simulator::{RobotDescription, World};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -33,7 +35,8 @@ fn main() -> Result<(), Failure> {
     for seed in first.parse::<u64>()?..=last.parse::<u64>()? {
         let plain = Exploration::new(Config::default(), ExplorerOptions::default())?;
         let rooms = Exploration::new(Config::default(), ExplorerOptions::default())?.rooms_first(reluctance)?;
-        let [(plain, plainly), (rooms, by_rooms)] = [explore(&world, seed, plain)?, explore(&world, seed, rooms)?];
+        let [(plain, plainly), (rooms, by_rooms)] =
+            [driven_and_covered(&world, seed, plain)?, driven_and_covered(&world, seed, rooms)?];
         let both = plainly >= COVERED && by_rooms >= COVERED;
         let left = if both { String::new() } else { format!("  ({plainly:.2}, {by_rooms:.2})") };
         println!("{seed:>4} {plain:>14.0} {rooms:>11.0} {:>11.0}{left}", rooms - plain);
@@ -51,34 +54,12 @@ fn main() -> Result<(), Failure> {
 }
 
 /// The metres driven by an exploration, and the share of the floor that it covered.
-fn explore(world: &World, seed: u64, mut exploration: Exploration) -> Result<(f64, f64), Failure> {
-    let description = RobotDescription::nomad200();
-    let (radius, mut robot) = (description.radius + description.margin, Robot::new(world, description, seed)?);
-    let (mut entries, mut ended) = (Vec::new(), Ended::Well);
-    loop {
-        let command = match exploration.next(ended)? {
-            Errand::Turn { to } => Command::Turn { to },
-            Errand::Drive { distance } => Command::Drive { distance },
-            Errand::Look { to } => Command::Look { to },
-            Errand::Fire => Command::Fire,
-            Errand::Done => {
-                return Ok((robot.path_length(), world.coverage(&places(&exploration, &entries), radius, 1.0)));
-            }
-        };
-        let before = entries.len();
-        ended = if robot.execute(&command, &mut entries).blocked { Ended::Blocked } else { Ended::Well };
-        for entry in &entries[before..] {
-            exploration.push(entry)?;
-        }
-    }
-}
-
-/// Where the robot truly was at all its visits to places.
-fn places(exploration: &Exploration, entries: &[Entry]) -> Vec<Point2<f64>> {
-    let truth = TimedPath::new(entries.iter().filter_map(|entry| match entry.kind {
-        EntryKind::Truth { map_from_robot } => Some((entry.stamp, map_from_robot)),
-        _ => None,
-    }));
+fn driven_and_covered(world: &World, seed: u64, exploration: Exploration) -> Result<(f64, f64), Failure> {
+    let robot = RobotDescription::nomad200();
+    let Explored { exploration, entries, driven } = explore(world, &robot, seed, exploration)?;
+    let truth = truth(&entries);
     let anchors = exploration.mapper().trajectory().anchors().iter();
-    anchors.filter_map(|anchor| Some(truth.at(anchor.stamp)?.translation.vector.into())).collect()
+    let places: Vec<Point2<f64>> =
+        anchors.filter_map(|anchor| Some(truth.at(anchor.stamp)?.translation.vector.into())).collect();
+    Ok((driven, world.coverage(&places, robot.radius + robot.margin, 1.0)))
 }

@@ -12,21 +12,23 @@
 //! from each seed's map to the next one's. PICTURES is a folder for pictures of all regions.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
+#[path = "../explored/mod.rs"]
+mod explored;
 mod score;
 mod truth;
 
 use std::fs::File;
 use std::path::Path;
 
-use hierarchy::evaluate::TimedPath;
+use explored::{Explored, explore};
 use hierarchy::topo_map::ExplorerOptions;
-use hierarchy::{Config, Ended, Errand, Exploration, Mapper};
+use hierarchy::{Config, Exploration, Mapper};
 use nalgebra::Isometry2;
 use region_map::{RegionMap, carry_names, lay_over};
+use robot_log::Entry;
 use robot_log::local_grid::FuzzyGrid;
-use robot_log::{Entry, EntryKind};
 use score::{Score, truth_from_map};
-use simulator::{Command, Robot, RobotDescription, World};
+use simulator::{RobotDescription, World};
 use truth::Rooms;
 
 type Failure = Box<dyn std::error::Error>;
@@ -45,8 +47,10 @@ fn main() -> Result<(), Failure> {
     let mut tally = [[0; 2]; 2];
     let (mut before, mut names): ([Option<(RegionMap, Score)>; 2], _) = ([None, None], [[0; 3]; 2]);
     for seed in first..=last {
-        let (explored, entries) = explore(&world, &robot, seed)?;
-        for (kind, mapper) in [explored, mapped(&entries)?].iter_mut().enumerate() {
+        let exploration = Exploration::new(Config::default(), ExplorerOptions::default())?;
+        let Explored { exploration, entries, driven } = explore(&world, &robot, seed, exploration)?;
+        println!("{seed:>4} driven {driven:>9.0} m");
+        for (kind, mapper) in [exploration.into_mapper(), mapped(&entries)?].iter_mut().enumerate() {
             let name = format!("{seed:>4} {}", ["explored", "from log"][kind]);
             let (gridmap, map, score) = judge(mapper, &rooms, &entries)?;
             report(&name, &map, &score);
@@ -75,27 +79,6 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Lets a robot explore; gives all levels of its map, and its log.
-fn explore(world: &World, robot: &RobotDescription, seed: u64) -> Result<(Mapper, Vec<Entry>), Failure> {
-    let mut robot = Robot::new(world, robot.clone(), seed)?;
-    let mut exploration = Exploration::new(Config::default(), ExplorerOptions::default())?;
-    let (mut entries, mut ended) = (Vec::new(), Ended::Well);
-    loop {
-        let command = match exploration.next(ended)? {
-            Errand::Turn { to } => Command::Turn { to },
-            Errand::Drive { distance } => Command::Drive { distance },
-            Errand::Look { to } => Command::Look { to },
-            Errand::Fire => Command::Fire,
-            Errand::Done => return Ok((exploration.into_mapper(), entries)),
-        };
-        let before = entries.len();
-        ended = if robot.execute(&command, &mut entries).blocked { Ended::Blocked } else { Ended::Well };
-        for entry in &entries[before..] {
-            exploration.push(entry)?;
-        }
-    }
-}
-
 /// The map that is built from a log alone.
 fn mapped(entries: &[Entry]) -> Result<Mapper, Failure> {
     let mut mapper = Mapper::new(Config::default())?;
@@ -109,11 +92,7 @@ fn mapped(entries: &[Entry]) -> Result<Mapper, Failure> {
 fn judge(mapper: &mut Mapper, rooms: &Rooms, entries: &[Entry]) -> Result<(FuzzyGrid, RegionMap, Score), Failure> {
     let gridmap = mapper.gridmap()?;
     let map = mapper.survey(&gridmap)?;
-    let truth = entries.iter().filter_map(|entry| match entry.kind {
-        EntryKind::Truth { map_from_robot } => Some((entry.stamp, map_from_robot)),
-        _ => None,
-    });
-    let truth_from_map: Isometry2<f64> = truth_from_map(mapper, &TimedPath::new(truth))?;
+    let truth_from_map: Isometry2<f64> = truth_from_map(mapper, &explored::truth(entries))?;
     let score = Score::of(rooms, &gridmap, &map, &truth_from_map);
     Ok((gridmap, map, score))
 }

@@ -55,7 +55,10 @@ fn take_names(other: &Path, mapper: &mut Mapper, map: &mut RegionMap, context: &
     let mut theirs = session::load(other)?;
     let gridmap = map_folder::read(other)?.grid;
     let old = theirs.survey(&gridmap).map_err(|error| Failure::rejected(other, "regions.map", &error))?;
-    let Some(old_from_new) = lay_over(&old, map) else { return Ok(false) };
+    let Some(old_from_new) = lay_over(&old, map) else {
+        context.warn(&format!("no name was taken over: {} or this run has no regions", other.display()));
+        return Ok(false);
+    };
     let mut named = map.clone();
     for lost in carry_names(&old, &mut named, &old_from_new) {
         context.warn(&format!("the name `{lost}` of {} found no region here", other.display()));
