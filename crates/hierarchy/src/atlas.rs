@@ -1,3 +1,5 @@
+pub(crate) mod route_graph;
+
 use nalgebra::Point2;
 use topo_map::{LinkId, LinkOrigin, LinkState, PlaceId};
 

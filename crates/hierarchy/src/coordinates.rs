@@ -1,4 +1,6 @@
+pub(crate) mod directions;
 mod part;
+pub(crate) mod problem;
 
 use std::time::{Duration, Instant};
 
@@ -6,8 +8,8 @@ use nalgebra::{Isometry2, Point2};
 use part::{Moved, Part};
 use topo_map::{Displacement, LinkId, PlaceId, PlaceState, TopoMap};
 
-use crate::directions::HeldHeading;
-use crate::problem::{Problem, RelaxationError};
+use crate::coordinates::directions::HeldHeading;
+use crate::coordinates::problem::{Problem, RelaxationError};
 
 /// Where the places are in the map: what relaxation makes of the links.
 ///

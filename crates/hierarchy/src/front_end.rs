@@ -1,14 +1,20 @@
+pub(crate) mod eyes;
+pub(crate) mod gyro;
+pub(crate) mod laser;
+pub(crate) mod tracker;
+pub(crate) mod wall_heading;
+
 use nalgebra::Isometry2;
 use robot_log::local_grid::{Heading, Learnt, LocalMapError, Scan, SensorKind};
 use robot_log::{Entry, EntryKind};
 
 use crate::HeadingMode;
 use crate::config::Config;
-use crate::laser::{LaserTrack, tells_a_pose};
-use crate::reach::Held;
-use crate::tracker::Tracker;
+use crate::front_end::laser::{LaserTrack, tells_a_pose};
+use crate::front_end::tracker::Tracker;
+use crate::front_end::wall_heading::{Sight, WallHeading, WallMemory};
+use crate::recognize::reach::Held;
 use crate::trajectory::Sample;
-use crate::wall_heading::{Sight, WallHeading, WallMemory};
 
 /// The lowest level at work: where the robot is, locally, and what is around it now.
 #[derive(Debug)]

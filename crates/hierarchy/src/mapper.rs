@@ -1,6 +1,9 @@
+pub(crate) mod growth;
 mod led;
 mod restored;
 mod state;
+pub(crate) mod summary;
+pub(crate) mod tally;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,19 +14,19 @@ use robot_log::{Entry, EntryKind};
 use topo_map::{Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, TopoMap, Turn};
 
 use crate::config::{Config, ConfigError, HeadingMode, RelaxationPolicy};
+use crate::coordinates::directions::held_headings;
+use crate::coordinates::problem::RelaxationError;
 use crate::coordinates::{Coordinates, Relaxation};
-use crate::directions::held_headings;
 use crate::event::Event;
-use crate::eyes::{Eyes, touch};
-use crate::floor_plan::FloorPlan;
+use crate::front_end::eyes::{Eyes, touch};
 use crate::front_end::{FrontEnd, SenseError, Sensed};
-use crate::problem::RelaxationError;
-use crate::proposals::Proposals;
+use crate::mapper::tally::Tally;
+use crate::query::floor_plan::FloorPlan;
+use crate::recognize::proposals::Proposals;
+use crate::recognize::sight::Sight;
+use crate::recognize::verify::{self, Verification};
 use crate::recognize::{Closure, Recognizer, Sensing, Verdict};
-use crate::sight::Sight;
-use crate::tally::Tally;
 use crate::trajectory::{Anchor, Sample, Trajectory};
-use crate::verify::{self, Verification};
 pub(crate) use restored::{Memory, Restored};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.

@@ -1,3 +1,5 @@
+pub(crate) mod truth;
+
 use serde::{Deserialize, Serialize};
 
 /// The figures of a run: what `metrics.json` holds. Its keys are a promise.

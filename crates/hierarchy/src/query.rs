@@ -2,6 +2,7 @@
 
 mod doors;
 mod floor;
+pub(crate) mod floor_plan;
 mod plan;
 mod rooms;
 

@@ -1,5 +1,9 @@
 mod closure;
+pub(crate) mod proposals;
+pub(crate) mod reach;
+pub(crate) mod sight;
 mod stretch;
+pub(crate) mod verify;
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
@@ -11,7 +15,7 @@ use topo_map::{Displacement, PlaceId, SignatureIndex, TopoMap, Turn};
 
 use crate::config::Config;
 use crate::coordinates::Coordinates;
-use crate::reach::{Held, Reach, reach_from};
+use crate::recognize::reach::{Held, Reach, reach_from};
 pub use closure::{Closure, Verdict};
 use stretch::{Agreement, OVERLAP, UNLIKE, Weighing};
 pub(crate) use stretch::{Likeness, View};

@@ -6,7 +6,7 @@ use nalgebra::Isometry2;
 use relaxation::{Pose, PoseGraph, PoseOptions, PoseSpring, descend};
 use topo_map::{Link, LinkId, PlaceId, TopoMap};
 
-use crate::problem::{RelaxationError, pose_spring};
+use crate::coordinates::problem::{RelaxationError, pose_spring};
 
 /// The surroundings of a change: places that may move, and those around them that hold still.
 ///

@@ -53,7 +53,8 @@ impl Springs {
         // What was believed may have been dropped since: every decision is looked at.
         let decided = springs.len();
         springs.extend(mapper.closures().iter().map(loose));
-        let all = Network::from_vec(network.len(), springs).map_err(crate::problem::RelaxationError::from)?;
+        let all =
+            Network::from_vec(network.len(), springs).map_err(crate::coordinates::problem::RelaxationError::from)?;
         let positions = map.places().iter().map(|place| position(mapper, place.id)).collect();
         let before = mapper.dead_reckoning();
         Ok(Self { positions, before, network, spring_of, covariance: Covariance::new(&all), decided })

@@ -2,7 +2,7 @@ use nalgebra::{Matrix2, Point2};
 use relaxation::{Anchor, Covariance, Incremental, NetworkError, Spring};
 use topo_map::{PlaceId, TopoMap};
 
-use crate::problem::spring;
+use crate::coordinates::problem::spring;
 
 /// The optimal coordinates of a map that grows: after each change only the springs that changed are taken out and put in
 /// again, and [`Incremental`] touches no more of the map than they need.
@@ -64,7 +64,7 @@ mod tests {
     use topo_map::Displacement;
 
     use super::*;
-    use crate::problem::network;
+    use crate::coordinates::problem::network;
 
     #[test]
     fn what_is_followed_change_by_change_is_what_is_solved_at_once() {

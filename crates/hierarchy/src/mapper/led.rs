@@ -10,8 +10,8 @@ use topo_map::{PlaceId, TopoMap};
 use super::{Mapper, MapperError, first_since};
 use crate::coordinates::Coordinates;
 use crate::front_end::Sensed;
+use crate::front_end::tracker::Tracker;
 use crate::recognize::{Closure, Sensing};
-use crate::tracker::Tracker;
 use crate::trajectory::Trajectory;
 
 impl Mapper {

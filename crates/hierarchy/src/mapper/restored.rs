@@ -10,16 +10,16 @@ use topo_map::{Link, PlaceId, PlaceState};
 use super::{Mapper, MapperError, first_since};
 use crate::config::Config;
 use crate::coordinates::Coordinates;
-use crate::directions::HeldHeading;
-use crate::eyes::Eyes;
-use crate::floor_plan::FloorPlan;
+use crate::coordinates::directions::HeldHeading;
+use crate::front_end::eyes::Eyes;
+use crate::front_end::tracker::Tracker;
 use crate::front_end::{FrontEnd, Taught};
-use crate::proposals::{Proposal, Proposals};
+use crate::mapper::tally::Tally;
+use crate::query::floor_plan::FloorPlan;
+use crate::recognize::proposals::{Proposal, Proposals};
+use crate::recognize::sight::Sight;
 use crate::recognize::{Closure, Recognizer, View};
 use crate::session::records::topology;
-use crate::sight::Sight;
-use crate::tally::Tally;
-use crate::tracker::Tracker;
 use crate::trajectory::Trajectory;
 
 /// What a session holds of a mapper.

@@ -10,12 +10,12 @@ use topo_map::{PlaceId, TopoMap};
 use super::{Mapper, MapperError};
 use crate::config::Config;
 use crate::coordinates::{Coordinates, Relaxation};
-use crate::floor_plan::FloorPlan;
-use crate::gyro::HeadingDrift;
+use crate::front_end::gyro::HeadingDrift;
 use crate::live_map::LiveMap;
+use crate::mapper::tally::Tally;
+use crate::query::floor_plan::FloorPlan;
 use crate::recognize::Closure;
 use crate::session::records::StoredTracker;
-use crate::tally::Tally;
 use crate::trajectory::Trajectory;
 
 impl Mapper {

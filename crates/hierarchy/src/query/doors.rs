@@ -4,8 +4,8 @@ use nalgebra::{Isometry2, Point2, Vector2};
 use region_map::{Gateway, RegionMap};
 use robot_log::local_grid::{Beam, RangeSensor, Reading, SensorKind};
 
-use crate::floor_plan::Passage;
 use crate::mapper::Mapper;
+use crate::query::floor_plan::Passage;
 
 /// An echo so near to a door's line, in metres, came from the door: the robot's pose may be off by as much.
 const AT_THE_DOOR: f64 = 0.25;

@@ -5,9 +5,9 @@ use robot_log::local_grid::FuzzyGrid;
 use topo_map::PlaceId;
 
 use super::floor::floor;
-use crate::floor_plan::Passage;
 use crate::mapper::Mapper;
 use crate::metrics::RegionMetrics;
+use crate::query::floor_plan::Passage;
 
 /// Cuts a gridmap into rooms, corridors and gateways; what is unexplored is told from walls. `driven` are poses of the robot
 /// in the order in which it drove, or none: see [`floor`].

@@ -5,7 +5,7 @@ use topo_map::{Displacement, PlaceId};
 
 use super::closure::{Closure, Verdict};
 use crate::coordinates::Coordinates;
-use crate::reach::{Held, Reach};
+use crate::recognize::reach::{Held, Reach};
 
 /// A place of the stretch with everything that it was compared with.
 #[derive(Debug, Clone)]

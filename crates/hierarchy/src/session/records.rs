@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use topo_map::{Displacement, Link, LinkId, LinkOrigin, LinkState, Place, PlaceId, PlaceState, TopoMap, Turn};
 
 use super::SessionError;
-use crate::tally::Tally;
+use crate::mapper::tally::Tally;
 use crate::trajectory::{Anchor, Sample};
 
 /// `x`, `y` in metres, and cosine and sine of the heading: what is computed with, so that reading back changes nothing.

@@ -12,11 +12,11 @@ use super::records::{
 };
 use super::{SessionError, v1};
 use crate::config::Config;
-use crate::floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
-use crate::gyro::HeadingDrift;
+use crate::front_end::gyro::HeadingDrift;
+use crate::front_end::tracker::Tracker;
 use crate::mapper::{Mapper, Restored};
+use crate::query::floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
 use crate::recognize::{Closure, Verdict};
-use crate::tracker::Tracker;
 use crate::trajectory::{Anchor, Sample, Trajectory};
 
 /// Version 2 of a session: what version 1 holds, and the regions and gateways of the latest map.

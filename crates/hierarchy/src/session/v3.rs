@@ -8,10 +8,10 @@ use topo_map::{Place, PlaceId, PlaceState};
 use super::SessionError;
 use super::records::{StoredDisplacement, restored_displacement, stored_displacement};
 use super::v2::{self, Known, contradiction};
-use crate::directions::HeldHeading;
+use crate::coordinates::directions::HeldHeading;
 use crate::front_end::Taught;
 use crate::mapper::{Mapper, Memory, Restored};
-use crate::proposals::Proposal;
+use crate::recognize::proposals::Proposal;
 use crate::recognize::{Likeness, View};
 
 /// Version 3 of a session: what version 2 holds, what became of places that were predicted, and what the mapper had in
@@ -210,7 +210,7 @@ mod tests {
 
     use super::*;
     use crate::Config;
-    use crate::eyes::touch;
+    use crate::front_end::eyes::touch;
 
     #[test]
     fn what_became_of_every_place_is_kept() {

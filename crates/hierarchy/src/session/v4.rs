@@ -6,8 +6,8 @@ use super::records::{Pose, isometry, pose};
 use super::v2::contradiction;
 use super::{SessionError, v3};
 use crate::front_end::KnownWalls;
+use crate::front_end::wall_heading::{Belief, Needle, WallMemory};
 use crate::mapper::{Mapper, Restored};
-use crate::wall_heading::{Belief, Needle, WallMemory};
 
 /// Version 4 of a session: what version 3 holds, the walls along which the robot drives with what they and a compass have
 /// taught of its heading, and how the way from the last place goes with that heading.

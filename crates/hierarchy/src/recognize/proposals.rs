@@ -6,8 +6,8 @@ use relaxation::{
 };
 use topo_map::{Displacement, PlaceId, TopoMap, Turn};
 
+use crate::coordinates::problem::{RelaxationError, isometries, pose_spring};
 use crate::evaluate::TimedPath;
-use crate::problem::{RelaxationError, isometries, pose_spring};
 use crate::recognize::{Closure, Verdict};
 use crate::trajectory::{Anchor, Trajectory};
 

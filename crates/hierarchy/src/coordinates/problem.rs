@@ -6,7 +6,7 @@ use relaxation::{
 };
 use topo_map::{Link, TopoMap};
 
-use crate::directions::HeldHeading;
+use crate::coordinates::directions::HeldHeading;
 
 /// The measured links of a topological map as a problem of relaxation: the one place where links become springs.
 ///

@@ -2,7 +2,7 @@ use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
 use robot_log::local_grid::{Heading, Match};
 
 use crate::config::{Config, HeadingMode};
-use crate::gyro::{Gyro, HeadingDrift, RestWatch};
+use crate::front_end::gyro::{Gyro, HeadingDrift, RestWatch};
 use crate::session::SessionError;
 use crate::session::records::{StoredTracker, isometry, pose};
 

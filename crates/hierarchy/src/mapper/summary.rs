@@ -5,9 +5,9 @@ use topo_map::{Link, LinkOrigin, LinkState};
 
 use crate::atlas::{Atlas, AtlasLink, AtlasPlace};
 use crate::config::RelaxationPolicy;
+use crate::coordinates::problem::Problem;
 use crate::mapper::{Mapper, MapperError};
 use crate::metrics::{LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RelaxationMetrics};
-use crate::problem::Problem;
 
 impl Mapper {
     /// The topological map with its coordinates, as pictures, tables and exports need it.
