@@ -1,3 +1,5 @@
+pub(crate) mod overview;
+
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -6,7 +8,6 @@ use clap::{Args, Parser, ValueEnum};
 use crate::commands::Command;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::overview;
 
 /// The command line.
 #[derive(Debug, Parser)]

@@ -1,3 +1,5 @@
+pub(crate) mod progress;
+
 use std::cell::RefCell;
 use std::io::{self, IsTerminal, Write};
 use std::sync::OnceLock;
@@ -7,9 +9,9 @@ use serde::Serialize;
 use tracing_subscriber::EnvFilter;
 
 use crate::args::{ColorChoice, Global, ProgressStyle};
+use crate::context::progress::Progress;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::progress::Progress;
 
 /// How a command talks: results to standard output, everything else to standard error.
 #[derive(Debug)]

@@ -1,3 +1,9 @@
+pub(crate) mod loops_csv;
+pub(crate) mod map_folder;
+pub(crate) mod memory;
+pub(crate) mod output;
+pub(crate) mod summary;
+
 use std::time::Instant;
 
 use hierarchy::explain::{Explanation, explain};

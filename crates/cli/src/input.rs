@@ -1,4 +1,8 @@
+pub(crate) mod edits;
 mod log;
+pub(crate) mod place_name;
+pub(crate) mod posed;
+pub(crate) mod session;
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,3 +1,8 @@
+pub(crate) mod calendar;
+pub(crate) mod hash;
+pub(crate) mod run_record;
+pub(crate) mod verify;
+
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 

@@ -1,15 +1,27 @@
+pub(crate) mod arcs;
+pub(crate) mod cone;
+pub(crate) mod counts;
+pub(crate) mod echo_model;
+pub(crate) mod fan;
+pub(crate) mod moravec_elfes;
+pub(crate) mod oriolo;
+pub(crate) mod share;
+pub(crate) mod sonar;
+pub(crate) mod sums;
+pub(crate) mod window;
+
 use local_grid::{Evidence, Footprint, GridFrame, RangeSensor, Reading, Scan, SensorKind, SensorModel};
 use nalgebra::{Isometry2, Point2};
 use std::sync::Arc;
 
 use crate::calculus::Step;
-use crate::cone::Opening;
-use crate::fan::{Fan, FanPen};
-use crate::oriolo::{ConeTables, Row};
+use crate::draw::cone::Opening;
+use crate::draw::fan::{Fan, FanPen};
+use crate::draw::oriolo::{ConeTables, Row};
+use crate::draw::sonar::{model_of, sweep};
+use crate::draw::sums::{Sums, Worth};
+use crate::draw::window::Window;
 use crate::plane::TILE;
-use crate::sonar::{model_of, sweep};
-use crate::sums::{Sums, Worth};
-use crate::window::Window;
 use crate::{GridOptions, SonarModel};
 
 /// Whether a scan's evidence is put into the map or taken out.

@@ -1,16 +1,19 @@
+pub(crate) mod assemble;
+pub(crate) mod dense;
+
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use local_grid::{FuzzyGrid, Grid, GridFrame, Scan};
 use nalgebra::{Isometry2, Point2};
 
-use crate::assemble::draw_all;
-use crate::dense::{dense, frame_of};
+use crate::draw::share::share_echoes;
+use crate::draw::sonar::model_of;
+use crate::draw::sums::Sums;
 use crate::draw::{Direction, Pen, longest_reach, shares_echoes};
+use crate::map::assemble::draw_all;
+use crate::map::dense::{dense, frame_of};
 use crate::plane::{Plane, Tile};
-use crate::share::share_echoes;
-use crate::sonar::model_of;
-use crate::sums::Sums;
 use crate::{GridError, GridOptions, Tally};
 
 /// The most cells that a beam may be long: 16 tiles across a footprint's half.

@@ -4,12 +4,12 @@ use local_grid::Grid;
 
 use crate::{
     components::components,
-    crop::{Cropped, crop, write_back},
     distance::DistanceField,
     numbering::number,
     options::SegmentError,
     plane::Plane,
-    watershed::{flood, watershed},
+    segment::crop::{Cropped, crop, write_back},
+    segment::watershed::{flood, watershed},
 };
 
 /// Cuts free space wherever it is narrower than `width` metres and grows the parts back; 1.1 m is between doors and

@@ -1,5 +1,7 @@
 //! Names that people give to regions, and how they outlive a new map.
 
+pub(crate) mod overlay;
+
 use std::collections::BTreeMap;
 
 use local_grid::nalgebra::Isometry2;

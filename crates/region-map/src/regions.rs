@@ -1,5 +1,8 @@
 //! Regions: how large, how long, which way they lie, and whether they are rooms or corridors.
 
+pub(crate) mod outline;
+pub(crate) mod survey;
+
 use std::f64::consts::PI;
 
 use local_grid::nalgebra::{Isometry2, Point2, Vector2};

@@ -1,19 +1,27 @@
 //! From membership in "free" to regions.
 
+pub(crate) mod carve;
+pub(crate) mod chords;
+pub(crate) mod clean;
+pub(crate) mod crop;
+pub(crate) mod gates;
+pub(crate) mod mouths;
+pub(crate) mod watershed;
+
 use local_grid::Grid;
 
 use crate::{
-    carve::{Carved, carve},
-    clean::fill_furniture,
-    crop::{Cropped, crop, write_back},
     distance::DistanceField,
-    gates::{Gate, Scale, find_gates},
     gateways::Gateway,
     numbering::{Numbered, drop_crumbs, number},
     options::{Options, SegmentError},
     region_map::RegionMap,
-    survey::Survey,
-    watershed::flood,
+    regions::survey::Survey,
+    segment::carve::{Carved, carve},
+    segment::clean::fill_furniture,
+    segment::crop::{Cropped, crop, write_back},
+    segment::gates::{Gate, Scale, find_gates},
+    segment::watershed::flood,
 };
 
 /// Cuts free space into rooms and corridors at its gateways.

@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::posed::{CalculusChoice, Posed, PosedArgs, SensorChoice, fuse, no_grid};
-use crate::{files, map_folder};
+use crate::input::posed::{CalculusChoice, Posed, PosedArgs, SensorChoice, fuse, no_grid};
+use crate::{files, finished::map_folder};
 
 /// Runs against each other as a page to blink between them; or the three calculi on the same readings of a log
 ///

@@ -10,7 +10,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::finished::Finished;
 use crate::run_folder::RunFolder;
-use crate::{edits, output, place_name, report, session};
+use crate::{finished::output, input::edits, input::place_name, input::session, report};
 
 /// Change a map by hand: a list of edits that is replayed on the recorded map; grid and exports follow at once
 ///

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::{place_name, session};
+use crate::{input::place_name, input::session};
 
 mod text;
 

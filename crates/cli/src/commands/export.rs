@@ -8,7 +8,7 @@ use crate::context::Context;
 use crate::exit::Exit;
 use crate::export::{Format, Source};
 use crate::failure::Failure;
-use crate::{files, session};
+use crate::{files, input::session};
 
 /// The map of a run for other programs: Nav2's Route Server, topological_navigation, pose-graph tools, Graphviz, …
 ///

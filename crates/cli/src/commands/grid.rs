@@ -10,8 +10,8 @@ use serde_json::json;
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::map_folder;
-use crate::posed::{CalculusChoice, Posed, PosedArgs, fuse, no_grid};
+use crate::finished::map_folder;
+use crate::input::posed::{CalculusChoice, Posed, PosedArgs, fuse, no_grid};
 
 /// The gridmap again: of a run, without mapping again, or of a log whose poses are known
 ///

@@ -14,8 +14,8 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::map_folder::Known;
-use crate::{files, map_folder, session};
+use crate::finished::map_folder::Known;
+use crate::{files, finished::map_folder, input::session};
 
 /// A safe path from a start to a goal: of a run through its regions, then places, then cells
 ///

@@ -6,7 +6,7 @@ use hierarchy::Metrics;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::finished::Finished;
-use crate::{files, report, session};
+use crate::{files, input::session, report};
 
 /// The page that shows a run whole: report.html, again
 ///

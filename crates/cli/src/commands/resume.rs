@@ -11,8 +11,8 @@ use crate::failure::Failure;
 use crate::gate;
 use crate::input::{self, ReadingArgs};
 use crate::run_folder::RunFolder;
-use crate::run_record::RunRecord;
-use crate::{edits, session, summary};
+use crate::run_folder::run_record::RunRecord;
+use crate::{finished::summary, input::edits, input::session};
 
 /// Go on with an interrupted run, or extend a finished one with more log
 ///

@@ -14,9 +14,11 @@ use crate::input::{Log, LogArgs, warn_of_skipped};
 use crate::live::LiveArgs;
 use crate::mapping::{self, Fed, Part};
 use crate::run_folder::RunFolder;
-use crate::run_record::RunRecord;
+use crate::run_folder::run_record::RunRecord;
 use crate::settings::{Origin, Settings, SettingsArgs};
-use crate::{edits, memory, output, report, session, summary, verify};
+use crate::{
+    finished::memory, finished::output, finished::summary, input::edits, input::session, report, run_folder::verify,
+};
 
 mod plan;
 

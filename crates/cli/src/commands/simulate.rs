@@ -13,8 +13,8 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
 use crate::run_folder::RunFolder;
-use crate::run_record::RunRecord;
-use crate::{session, summary};
+use crate::run_folder::run_record::RunRecord;
+use crate::{finished::summary, input::session};
 
 mod explore;
 mod frames;

@@ -7,7 +7,7 @@ use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::render::blocks;
-use crate::{map_folder, session};
+use crate::{finished::map_folder, input::session};
 
 /// Look at a run: its report in the browser, or its map in the terminal
 ///

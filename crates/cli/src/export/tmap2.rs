@@ -4,7 +4,7 @@ use hierarchy::{RouteGraph, RouteNode};
 use serde_json::json;
 
 use super::{Source, rounded};
-use crate::calendar::Moment;
+use crate::run_folder::calendar::Moment;
 
 /// The map of `topological_navigation` (University of Lincoln), with everything that its schema asks for and what its
 /// planner reads: a node for each spot, with its edges, pose, tolerances and influence zone.

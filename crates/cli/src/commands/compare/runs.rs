@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::report::{Counts, Side, comparison};
-use crate::{files, map_folder};
+use crate::{files, finished::map_folder};
 
 /// A finished run to compare.
 struct Run {

@@ -11,8 +11,8 @@ use robot_log::EntryKind;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
+use crate::input::session;
 use crate::input::{self, ReadingArgs};
-use crate::session;
 
 /// A map in its own frame, and where that lies.
 pub(super) type PlacedMap = (Grid<Occupancy>, Isometry2<f64>);

@@ -9,7 +9,7 @@ use super::{Floor, RegionsArgs, names, show, warn_of_none, write};
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::{files, map_folder, session};
+use crate::{files, finished::map_folder, input::session};
 
 /// The rooms of a run. Names and closed gateways are kept in its session, since they belong to the map and not to a file.
 pub(super) fn run(args: &RegionsArgs, stored: &Path, context: &Context) -> Result<(), Failure> {

@@ -14,7 +14,7 @@ use crate::expedition;
 use crate::failure::Failure;
 use crate::mapping::Fed;
 use crate::run_folder::RunFolder;
-use crate::run_record::RunRecord;
+use crate::run_folder::run_record::RunRecord;
 
 /// How an exploration went.
 #[derive(Debug, Serialize)]

@@ -8,8 +8,8 @@ use crate::exit::Exit;
 use crate::export::{self, Format, Source};
 use crate::failure::Failure;
 use crate::finished::Finished;
-use crate::loops_csv;
-use crate::map_folder;
+use crate::finished::loops_csv;
+use crate::finished::map_folder;
 use crate::report::Page;
 use crate::run_folder::RunFolder;
 

@@ -1,6 +1,6 @@
 //! How wide space is beside a gate.
 
-use crate::{gates::Gate, plane::cell};
+use crate::{plane::cell, segment::gates::Gate};
 
 /// The space on one side of a gate, measured by chords parallel to it.
 #[derive(Debug, Clone, Copy, Default)]

@@ -3,11 +3,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::calendar::Moment;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
-use crate::hash::HashedFile;
+use crate::run_folder::calendar::Moment;
+use crate::run_folder::hash::HashedFile;
 
 /// The name of the record in a run folder.
 pub(crate) const FILE: &str = "run.json";

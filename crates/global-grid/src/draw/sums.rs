@@ -1,7 +1,7 @@
 use std::ops::RangeInclusive;
 
 use crate::Tally;
-use crate::counts::Counts;
+use crate::draw::counts::Counts;
 use crate::plane::{Plane, SHIFT, TILE, TILE_CELLS, Tile, TileKey, first_cell, undo_differences};
 
 /// All that the readings say, cell by cell, as integers.

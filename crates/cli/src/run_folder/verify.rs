@@ -2,7 +2,7 @@ use std::path::Path;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::run_record;
+use crate::run_folder::run_record;
 
 /// Compares the files of two run folders, but for their records; says how many are identical, or which are not.
 pub(crate) fn compare(first: &Path, second: &Path) -> Result<String, Failure> {

@@ -13,8 +13,8 @@ use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
+use crate::input::session;
 use crate::input::{ReadingArgs, warn_of_skipped};
-use crate::session;
 use trajectory::Trajectory;
 
 /// Scans whose poses are known, and how they become a gridmap.

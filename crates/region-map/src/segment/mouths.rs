@@ -2,8 +2,8 @@
 
 use crate::{
     distance::DistanceField,
-    gates::{Gate, Kept},
     plane::cell,
+    segment::gates::{Gate, Kept},
 };
 
 /// The disc that fits into a hall, 1.5 widths before its mouth, is at least this many times as wide as the mouth. A corridor

@@ -1,8 +1,8 @@
 use local_grid::Scan;
 use nalgebra::Isometry2;
 
+use crate::draw::sums::Sums;
 use crate::draw::{Direction, Pen};
-use crate::sums::Sums;
 use crate::{GridError, GridMap, GridOptions};
 
 /// All scans at their poses in one map, under one key.

@@ -1,10 +1,10 @@
 //! Where free space is pinched between two walls.
 
 use crate::{
-    chords::{Beside, beside, reach},
     distance::DistanceField,
-    mouths::add_mouths,
     plane::Plane,
+    segment::chords::{Beside, beside, reach},
+    segment::mouths::add_mouths,
 };
 
 /// A straight cut between two wall cells that face each other, in cells.

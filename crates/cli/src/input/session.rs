@@ -2,10 +2,10 @@ use std::path::{Path, PathBuf};
 
 use hierarchy::Mapper;
 
-use crate::edits;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::files;
+use crate::input::edits;
 
 /// Loads the map of a run, given its folder or its `session.hmap`, as every command that looks at a run sees it.
 ///

@@ -2,8 +2,8 @@ use local_grid::{FrameError, Grid, GridFrame};
 use nalgebra::Point2;
 
 use crate::Tally;
+use crate::draw::sums::{Sums, tile_row};
 use crate::plane::{Plane, TILE, first_cell};
-use crate::sums::{Sums, tile_row};
 
 /// The frame of the cells from `low` to `high`, both `(row, column)` in the unbounded plane.
 #[expect(clippy::cast_precision_loss, reason = "cell numbers stay below 2^32")]

@@ -1,10 +1,10 @@
 use local_grid::{Scan, SensorModel};
 use nalgebra::Isometry2;
 
-use crate::cone::{CHUNK, Cone, Opening};
-use crate::counts::Counts;
 use crate::draw::Direction;
-use crate::window::Window;
+use crate::draw::cone::{CHUNK, Cone, Opening};
+use crate::draw::counts::Counts;
+use crate::draw::window::Window;
 use crate::{SharedEcho, options::GridOptions};
 
 /// Counts the cones of a sonar scan, each up to just before its reading.

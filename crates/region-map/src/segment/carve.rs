@@ -4,10 +4,10 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use crate::{
-    chords::{Beside, beside},
     components::{Components, components},
-    gates::{Gate, Pinches, Scale},
     plane::{Plane, cell},
+    segment::chords::{Beside, beside},
+    segment::gates::{Gate, Pinches, Scale},
 };
 
 /// A piece of fewer cells than a region has is merged before anything else.

@@ -2,12 +2,12 @@ use local_grid::Scan;
 use nalgebra::Isometry2;
 
 use crate::SharedEcho;
-use crate::arcs::{Arcs, count_echoes};
-use crate::cone::nearest;
+use crate::draw::arcs::{Arcs, count_echoes};
+use crate::draw::cone::nearest;
+use crate::draw::sums::{ALL_ROWS, Sums};
+use crate::draw::window::Window;
 use crate::plane::{Plane, SHIFT, TILE, TILE_CELLS};
-use crate::sums::{ALL_ROWS, Sums};
 use crate::tally::UNITS_PER_NAT;
-use crate::window::Window;
 
 /// Echoes whose arcs are drawn at a time; with more than that the arcs are drawn a second time for the first round.
 const BLOCK: usize = 1 << 18;

@@ -1,5 +1,5 @@
+use crate::draw::window::Window;
 use crate::plane::{Plane, SHIFT, TILE, Tile, TileKey, place, within};
-use crate::window::Window;
 
 /// What a cell of one byte cannot hold goes over in amounts of this.
 const CARRY: i32 = 1 << 8;

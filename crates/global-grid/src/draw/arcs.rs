@@ -2,10 +2,10 @@ use local_grid::{Reading, Scan, SensorModel, Sounding};
 use nalgebra::Isometry2;
 
 use crate::SharedEcho;
-use crate::cone::{Cone, Opening};
+use crate::draw::cone::{Cone, Opening};
+use crate::draw::sonar::{cells, open, step};
+use crate::draw::window::Window;
 use crate::plane::{Plane, SHIFT, TILE};
-use crate::sonar::{cells, open, step};
-use crate::window::Window;
 
 /// The cells in which the causes of echoes may lie, reading by reading.
 #[derive(Debug, Default)]

@@ -1,10 +1,10 @@
 use local_grid::{LaserRay, RangeSensor, Reading, Scan, SensorKind, SensorModel};
 use nalgebra::{Isometry2, Vector2};
 
-use crate::cone::nearest;
-use crate::counts::{Counts, Line};
 use crate::draw::Direction;
-use crate::window::Window;
+use crate::draw::cone::nearest;
+use crate::draw::counts::{Counts, Line};
+use crate::draw::window::Window;
 
 /// How much nearer than its echo a laser's beam clears, in cells: half a diagonal, so that it spares the cell of the echo.
 const SPARED: f64 = 0.75;

@@ -2,14 +2,14 @@ use local_grid::{Scan, SensorModel, SonarCone, Sounding};
 use nalgebra::Isometry2;
 
 use crate::Calculus;
-use crate::cone::{Cone, nearest};
 use crate::draw::Direction;
+use crate::draw::cone::{Cone, nearest};
+use crate::draw::sonar::{cells, open, step};
+use crate::draw::sums::Sums;
+use crate::draw::window::Window;
 use crate::options::GridOptions;
 use crate::plane::{Plane, TILE, within};
-use crate::sonar::{cells, open, step};
-use crate::sums::Sums;
 use crate::tally::{STRONGEST_EVIDENCE, UNITS_PER_NAT, nats};
-use crate::window::Window;
 
 /// The widest half cone, in radians, that [`Cone`] can bound.
 const WIDEST: f64 = 1.5;
@@ -224,8 +224,8 @@ fn count(cells: usize) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::sums::ALL_ROWS;
     use crate::plane::first_cell;
-    use crate::sums::ALL_ROWS;
     use local_grid::{AngularProfile, GridFrame, RangeSensor, SensorKind};
     use nalgebra::{Point2, Vector2};
     use std::collections::BTreeMap;
