@@ -51,3 +51,8 @@ pub use relaxation;
 pub use robot_log;
 pub use robot_log::local_grid;
 pub use topo_map;
+
+/// The code of the tutorial is compiled and run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/tutorial.md")]
+struct Tutorial;

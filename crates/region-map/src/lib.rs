@@ -1,22 +1,18 @@
 #![doc = include_str!("../README.md")]
 
-mod plane;
-
 mod components;
-
 mod distance;
 mod morphology;
-
 mod numbering;
+mod plane;
 
 mod gateways;
+mod graph;
+mod names;
 mod options;
 mod region_map;
 mod regions;
 mod segment;
-
-mod graph;
-mod names;
 
 pub mod baseline;
 pub mod export;
