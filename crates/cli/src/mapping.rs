@@ -31,6 +31,42 @@ pub(crate) struct Fed {
     pub(crate) interrupted: bool,
 }
 
+/// Where an entry lies, seen from the part of the log that is mapped.
+enum Lies {
+    Before,
+    Within,
+    Behind,
+}
+
+/// Follows a log and says which entries belong to a [`Part`] of it.
+struct Cut {
+    part: Part,
+    /// The stamp of the log's first entry.
+    start: Option<f64>,
+}
+
+impl Cut {
+    /// Where the next entry, of this stamp, lies; `mapper` holds what was taken in before this log.
+    fn next(&mut self, stamp: f64, mapper: &Mapper) -> Lies {
+        let start = *self.start.get_or_insert_with(|| {
+            let same = mapper.tally().stamps.is_some_and(|(start, _)| start == stamp);
+            if !same {
+                self.part.known = 0; // another log than the one before is taken in whole
+            }
+            stamp
+        });
+        if self.part.known > 0 {
+            self.part.known -= 1;
+            return Lies::Before;
+        }
+        match self.part {
+            Part { from: Some(from), .. } if stamp - start < from => Lies::Before,
+            Part { until: Some(until), .. } if stamp - start > until => Lies::Behind,
+            _ => Lies::Within,
+        }
+    }
+}
+
 /// Feeds a log to the mapper, entry by entry, and completes the map unless the user interrupts.
 ///
 /// `checkpoint` is called after every `every` new places, and the map is shown to whoever looks at `live`.
@@ -44,40 +80,26 @@ pub(crate) fn feed(
 ) -> Result<Fed, Failure> {
     let stage = context.progress().reading("topology", log.size());
     let mut fed = Fed::default();
-    let (mut known, mut first) = (part.known, None);
+    let mut cut = Cut { part, start: None };
     let mut saved = mapper.topology().n_visited();
-    let mut mark = Instant::now();
+    let mut clock = Instant::now();
+    let mut lap = move || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
     while let Some(entry) = log.next() {
         let entry = entry?;
-        fed.reading_s += mark.elapsed().as_secs_f64();
-        mark = Instant::now();
+        fed.reading_s += lap();
         if let EntryKind::Truth { map_from_robot } = entry.kind {
             fed.truth.push(entry.stamp, map_from_robot);
         }
-        let start = *first.get_or_insert_with(|| {
-            // Another log than the one before is taken in whole.
-            let same = mapper.tally().stamps.is_some_and(|(start, _)| start == entry.stamp);
-            known = if same { known } else { 0 };
-            entry.stamp
-        });
-        if known > 0 {
-            known -= 1;
-            continue;
-        }
-        if part.from.is_some_and(|from| entry.stamp - start < from) {
-            continue;
-        }
-        if part.until.is_some_and(|until| entry.stamp - start > until) {
-            break;
-        }
-        mapper.push(&entry).map_err(rejected)?;
+        match cut.next(entry.stamp, mapper) {
+            Lies::Before => continue,
+            Lies::Within => mapper.push(&entry).map_err(rejected)?,
+            Lies::Behind => break,
+        };
         if let Some(live) = &mut live {
             live.show(mapper);
         }
-        fed.mapping_s += mark.elapsed().as_secs_f64();
-        mark = Instant::now();
-        let entries = mapper.tally().entries;
-        if entries.is_multiple_of(100) {
+        fed.mapping_s += lap();
+        if mapper.tally().entries.is_multiple_of(100) {
             stage.at(log.taken(), || so_far(mapper));
         }
         let places = mapper.topology().n_visited();

@@ -80,10 +80,7 @@ impl Symbolic {
 
     fn with_supernodes(place: Vec<u32>, starts: &[usize], neighbors: &Neighbors) -> Self {
         let nodes = place.len();
-        let mut node_at = vec![0u32; nodes];
-        for (node, place) in (0u32..).zip(&place) {
-            node_at[*place as usize] = node;
-        }
+        let node_at = inverse(&place);
         let mut super_of = vec![0u32; nodes];
         let mut this = Self {
             place,
@@ -133,26 +130,28 @@ impl Symbolic {
             this.supernodes.push(node);
         }
         this.super_of = super_of;
-        this.in_parent = vec![0; this.rows.len()];
-        for s in 0..this.supernodes.len() {
-            let node = &this.supernodes[s];
-            if let Some(parent) = node.parent {
-                let parent = this.supernodes[parent].clone();
-                let mut below = parent.rows.start;
-                for at in node.rows.clone() {
-                    let row = this.rows[at] as usize;
-                    this.in_parent[at] = if row < parent.first + parent.columns {
-                        index(row - parent.first)
-                    } else {
-                        while (this.rows[below] as usize) < row {
-                            below += 1;
-                        }
-                        index(parent.columns + below - parent.rows.start)
-                    };
-                }
+        this.in_parent = this.places_in_parents();
+        this
+    }
+
+    /// For each row below a supernode: which row of its parent, own columns first, it is.
+    fn places_in_parents(&self) -> Vec<u32> {
+        let mut places = vec![0; self.rows.len()];
+        for node in &self.supernodes {
+            let Some(parent) = node.parent.map(|parent| &self.supernodes[parent]) else { continue };
+            let mut below = parent.rows.start;
+            for at in node.rows.clone() {
+                let row = self.rows[at] as usize;
+                places[at] = if row < parent.first + parent.columns {
+                    index(row - parent.first)
+                } else {
+                    // Both lists of rows ascend, so one pass finds all.
+                    below += self.rows[below..].iter().take_while(|other| (**other as usize) < row).count();
+                    index(parent.columns + below - parent.rows.start)
+                };
             }
         }
-        this
+        places
     }
 
     /// Where the diagonal block of `node` lies.
@@ -255,13 +254,19 @@ fn minimum_degree(neighbors: &Neighbors) -> Vec<u32> {
     }
 }
 
+/// The node at each place.
+fn inverse(place: &[u32]) -> Vec<u32> {
+    let mut node_at = vec![0; place.len()];
+    for (node, place) in (0..).zip(place) {
+        node_at[*place as usize] = node;
+    }
+    node_at
+}
+
 /// Parents in the elimination tree and the number of blocks below each diagonal block of the factor (Liu 1990).
 fn elimination_tree(neighbors: &Neighbors, place: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let nodes = place.len();
-    let mut node_at = vec![0u32; nodes];
-    for (node, place) in (0u32..).zip(place) {
-        node_at[*place as usize] = node;
-    }
+    let node_at = inverse(place);
     let (mut parent, mut counts) = (vec![NONE; nodes], vec![0u32; nodes]);
     let mut mark = vec![NONE; nodes];
     for row in 0..index(nodes) {
