@@ -2,7 +2,7 @@ use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
 use robot_log::local_grid::{Heading, Match};
 
 use crate::config::{Config, HeadingMode};
-use crate::front_end::gyro::{Gyro, HeadingDrift, RestWatch};
+use crate::front_end::gyro::{Gyro, GyroBesideWheels, HeadingDrift, RestWatch};
 use crate::session::SessionError;
 use crate::session::records::{StoredTracker, isometry, pose};
 
@@ -106,6 +106,16 @@ impl Tracker {
             gyro: self.gyro.as_ref().map(Gyro::stored),
             first_heading: self.first_heading,
         }
+    }
+
+    /// What the gyro knows of the wheels beside it.
+    pub(crate) fn gyro_beside_wheels(&self) -> Option<GyroBesideWheels> {
+        self.gyro.as_ref().map(Gyro::beside_wheels)
+    }
+
+    /// The same tracker, whose gyro knows the wheels beside it.
+    pub(crate) fn with_gyro_beside_wheels(self, known: GyroBesideWheels) -> Self {
+        Self { gyro: self.gyro.map(|gyro| gyro.knowing_wheels(known)), ..self }
     }
 
     pub(crate) fn with_heading_drift(self, drift: HeadingDrift) -> Self {
@@ -228,11 +238,14 @@ impl Tracker {
         travel.path += length;
         self.since_place.turn_variance += turn_noise;
         self.heading_variance += turn_noise;
-        if length > 0.0 || turn > 0.0 {
+        let moved = length > 0.0 || turn > 0.0;
+        if moved {
             self.rest.moved();
         }
-        if let Some(gyro) = &mut self.gyro {
-            gyro.turned(turn_noise);
+        match &mut self.gyro {
+            Some(gyro) if moved => gyro.moved(),
+            Some(gyro) => gyro.rested(),
+            None => {}
         }
         self.travelled += length;
         self.since_compass += length;

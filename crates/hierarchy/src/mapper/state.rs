@@ -10,7 +10,7 @@ use topo_map::{PlaceId, TopoMap};
 use super::{Mapper, MapperError};
 use crate::config::Config;
 use crate::coordinates::{Coordinates, Relaxation};
-use crate::front_end::gyro::HeadingDrift;
+use crate::front_end::gyro::{GyroBesideWheels, HeadingDrift};
 use crate::live_map::LiveMap;
 use crate::mapper::tally::Tally;
 use crate::query::floor_plan::FloorPlan;
@@ -39,6 +39,10 @@ impl Mapper {
 
     pub(crate) fn heading_drift(&self) -> HeadingDrift {
         self.front_end.tracker.heading_drift()
+    }
+
+    pub(crate) fn gyro_beside_wheels(&self) -> Option<GyroBesideWheels> {
+        self.front_end.tracker.gyro_beside_wheels()
     }
 
     pub(crate) fn is_held_by_scans(&self) -> bool {

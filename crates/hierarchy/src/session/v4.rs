@@ -65,8 +65,8 @@ impl Session {
         }
     }
 
-    /// Checks everything that a map relies on, and builds it.
-    pub(super) fn restore(self) -> Result<Mapper, SessionError> {
+    /// Checks everything that a map relies on.
+    pub(super) fn restore(self) -> Result<Restored, SessionError> {
         let Self { session, walls, with_heading: [x, y] } = self;
         if !(x.is_finite() && y.is_finite()) {
             return Err(contradiction(format!("a way that goes by ({x}, {y}) with its heading")));
@@ -76,7 +76,7 @@ impl Session {
             memory.taught.walls = Some(walls.restored()?);
         }
         let tracker = restored.tracker.with_travel_along_heading(Vector2::new(x, y));
-        Ok(Mapper::restored(Restored { tracker, ..restored })?)
+        Ok(Restored { tracker, ..restored })
     }
 }
 
