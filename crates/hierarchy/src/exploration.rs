@@ -117,6 +117,8 @@ struct Bearing {
 
 /// 95 % of the χ² distribution with two degrees of freedom.
 const CONTRADICTED: f64 = 5.99;
+/// The standard deviation, in metres, from which on a measured displacement says less than the map.
+const ANYWHERE: f64 = 1.0;
 /// How much of every new reading counts: a reading is noisy, and the needle's disturbance changes within a metre.
 const FRESH: f64 = 0.25;
 
@@ -325,8 +327,7 @@ impl Exploration {
             // Either may have been merged into another place since it was seen; then what was seen is of no use any more.
             let gone = map.resolve(closure.place) != closure.place || map.resolve(closure.known) != closure.known;
             let believed = matches!(closure.verdict, Verdict::Accepted { .. }) && !gone;
-            let borne_out = if believed { self.borne_out(&closure)? } else { None };
-            if let Some(displacement) = borne_out {
+            if let Some(displacement) = self.seen_by(&closure).filter(|_| believed) {
                 let (map, _, _) = self.mapper.charted();
                 let link = map.recognize(closure.place, closure.known, displacement).map_err(MapperError::from)?;
                 self.changes.push(Change::LinkRecognized(link));
@@ -350,20 +351,20 @@ impl Exploration {
         Ok(())
     }
 
-    /// What a closure measures, if the map does not contradict it.
+    /// What a closure measures.
     ///
     /// Along an axis of which the views say nothing (see [`local_grid::unseen_by_sonar`]) the displacement is that of the
-    /// map: as unsure as it was measured, so that it holds nothing, but not made up either.
-    fn borne_out(&self, closure: &Closure) -> Result<Option<Displacement>, ExplorationError> {
+    /// map: as unsure as it was measured, so that it holds nothing, but not made up either. Elsewhere the map has no say. It
+    /// took part in the decision that a whole stretch is known, and its errors are those of headings, the same over many
+    /// places: each closure by itself would seem to contradict it.
+    fn seen_by(&self, closure: &Closure) -> Option<Displacement> {
         let Closure { place, known, displacement: measured, .. } = *closure;
         let at = |place| self.mapper.coordinates().map_from_place(place).translation.vector;
         let believed = at(known) - at(place);
-        let Some(prior) = self.optimum.seen_from(place)?.covariance(known) else { return Ok(Some(measured)) };
-        let off = measured.vector - believed;
-        let Some(information) = (prior + measured.covariance).try_inverse() else { return Ok(None) };
-        let contradicted = (off.transpose() * information * off)[0] > CONTRADICTED;
-        let vector = believed + prior * information * off;
-        Ok((!contradicted).then_some(Displacement { vector, ..measured }))
+        let anywhere = Matrix2::identity() * ANYWHERE.powi(2);
+        let seen = anywhere * (anywhere + measured.covariance).try_inverse()?;
+        let vector = believed + seen * (measured.vector - believed);
+        Some(Displacement { vector, ..measured })
     }
 
     /// Takes back recognitions that the rest of the map contradicts: all but the recognised links were driven.

@@ -56,6 +56,23 @@ fn a_corridor_is_ambiguous_along_its_axis() {
 }
 
 #[test]
+fn where_one_wall_can_lie_on_the_other_is_another_match_and_no_spread() {
+    // Sonars often hear one wall of a corridor only: it fits on both.
+    let one_wall = |point: Point2<f64>| if point.y > 0.5 { CellClass::Unknown } else { corridor(point) };
+    let wide = AlignOptions { reach: 2.4, ..AlignOptions::default() };
+    let found = align(
+        &seen(corridor, Isometry2::identity(), 6.4),
+        &seen(one_wall, Isometry2::translation(0.0, 0.2), 6.4),
+        &wide,
+    );
+    let Ambiguity::Along(axis) = found.ambiguity else { panic!("{found:?}") };
+    assert!(axis.unit_vector().x.abs() > 0.99, "{axis:?}");
+    assert!([0.2, 2.3].iter().any(|y| (found.offset.y - y).abs() < 0.05), "{found:?}");
+    assert!(found.covariance[(1, 1)].sqrt() < 0.1, "{}", found.covariance);
+    assert!(found.distinctiveness() < 0.1, "but the other match is told of: {found:?}");
+}
+
+#[test]
 fn turned_places_are_found_when_turns_are_searched() {
     let a = seen(room, Isometry2::identity(), 6.4);
     for (degrees, window) in [(12.0f64, 30.0f64), (-25.0, 30.0), (100.0, 180.0), (-170.0, 180.0)] {

@@ -104,29 +104,20 @@ impl Volume {
 
     /// The spread of poses around `peak`, each weighted by `exp((score − best) / temperature)`.
     ///
-    /// Poses turned further than a peak is wide are other matches, not this one's spread.
+    /// Only poses to which a way leads over good ones are the spread of this match. What lies beyond a valley is another
+    /// match: across a corridor, where one wall lies on the other, or turned further than a peak is wide.
     pub(crate) fn covariance(&self, peak: &Peak, options: &AlignOptions) -> Matrix3<f64> {
-        let turned = |slice: &Slice| crate::Heading::from_radians(slice.turn) - crate::Heading::from_radians(peak.turn);
-        let near = || self.slices.iter().map(|slice| (slice, turned(slice))).filter(|near| near.1.abs() < PEAK_TURN);
+        let hill = self.hill(peak, options);
         // Only the overlap is judged here: walls that leave the window say nothing of the axis they left along.
-        let best = near().flat_map(|near| &near.0.sums).map(|&sums| self.score(sums, 0.0)).fold(0.0, f64::max);
-        // Below, a pose weighs less than a millionth of the best.
-        let least = best + 1e-6f64.ln() * options.temperature;
+        let best = hill.iter().map(|pose| pose.1).fold(0.0, f64::max);
         let (mut total, mut mean, mut square) = (0.0, Vector3::zeros(), Matrix3::zeros());
-        for (slice, turned) in near() {
-            for (at, &sums) in slice.sums.iter().enumerate() {
-                let score = self.score(sums, 0.0);
-                if score <= least.max(0.0) {
-                    continue;
-                }
-                let weight = ((score - best) / options.temperature).exp();
-                let step = (slice.corner + self.step(at) - peak.offset).push(turned);
-                total += weight;
-                mean += step * weight;
-                square += step * step.transpose() * weight;
-            }
+        for (step, score) in hill {
+            let weight = ((score - best) / options.temperature).exp();
+            total += weight;
+            mean += step * weight;
+            square += step * step.transpose() * weight;
         }
-        if total == 0.0 {
+        if best == 0.0 {
             let (position, turn) = (options.reach.powi(2) / 3.0, turn_variance(options));
             return Matrix3::from_diagonal(&[position, position, turn].into());
         }
@@ -139,7 +130,41 @@ impl Volume {
         }
         covariance
     }
+
+    /// The poses around `peak` to which a way leads over good ones, each as a step from it, with its score.
+    fn hill(&self, peak: &Peak, options: &AlignOptions) -> Vec<(Vector3<f64>, f64)> {
+        let turned = |slice: &Slice| crate::Heading::from_radians(slice.turn) - crate::Heading::from_radians(peak.turn);
+        let (n_slices, side) = (self.slices.len(), self.side);
+        let nearest = |a: &usize, b: &usize| turned(&self.slices[*a]).abs().total_cmp(&turned(&self.slices[*b]).abs());
+        let Some(first) = (0..n_slices).min_by(nearest) else { return Vec::new() };
+        let top = (peak.offset - self.slices[first].corner) / self.resolution;
+        let top = top.map(|steps| cells(steps.max(0.0)).min(side - 1));
+        let score =
+            |(slice, row, column): (usize, usize, usize)| self.score(self.slices[slice].sums[row * side + column], 0.0);
+        let least = (score((first, top.y, top.x)) - VALLEY * options.temperature).max(f64::MIN_POSITIVE);
+        let (mut hill, mut seen) = (Vec::new(), vec![false; self.ranks.len()]);
+        let mut open = vec![(first, top.y, top.x)];
+        while let Some(pose @ (index, row, column)) = open.pop() {
+            let slice = &self.slices[index];
+            let known = std::mem::replace(&mut seen[(index * side + row) * side + column], true);
+            if known || score(pose) < least || turned(slice).abs() >= PEAK_TURN {
+                continue;
+            }
+            let step = slice.corner + self.step(row * side + column) - peak.offset;
+            hill.push((step.push(turned(slice)), score(pose)));
+            let turns = [(index + n_slices - 1) % n_slices, (index + 1) % n_slices];
+            open.extend(turns.map(|index| (index, row, column)));
+            let around = |at: usize| at.saturating_sub(STRIDE)..(at + STRIDE + 1).min(side);
+            open.extend(around(row).flat_map(|row| around(column).map(move |column| (index, row, column))));
+        }
+        hill
+    }
 }
+
+/// Between two matches the score falls by so many temperatures: there a pose weighs a fiftieth.
+const VALLEY: f64 = 4.0;
+/// A valley is wider than so many cells: on the crest of a wall that runs askew to the cells every other one lies lower.
+const STRIDE: usize = 2;
 
 /// The turns to try: one cell apart at the far walls.
 fn turns(options: &AlignOptions, resolution: f64, walls: &[Point2<f64>]) -> (Vec<f64>, f64) {
