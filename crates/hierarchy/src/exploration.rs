@@ -1,3 +1,4 @@
+mod building;
 mod frontiers;
 mod optimum;
 mod rooms;
@@ -19,6 +20,7 @@ use crate::config::Config;
 use crate::mapper::{Mapper, MapperError};
 use crate::query::floor;
 use crate::recognize::{Closure, Verdict};
+use building::Building;
 use frontiers::{Frontier, Frontiers};
 use optimum::Optimum;
 use rooms::Rooms;
@@ -104,6 +106,7 @@ pub struct Exploration {
     descriptions: BTreeMap<PlaceId, Vec<usize>>,
     last: Option<Known>,
     bearing: Bearing,
+    building: Building,
     changes: Vec<Change>,
 }
 
@@ -158,6 +161,7 @@ impl Exploration {
             descriptions: BTreeMap::new(),
             last: None,
             bearing: Bearing::default(),
+            building: Building::default(),
             changes: Vec::new(),
         })
     }
@@ -203,6 +207,7 @@ impl Exploration {
     /// A pose that is not finite, or a map that cannot be relaxed.
     pub fn next(&mut self, ended: Ended) -> Result<Errand, ExplorationError> {
         let (mut bumped, mut identity) = (ended == Ended::Blocked, None);
+        self.follow_building()?;
         loop {
             let command = self.observe(std::mem::take(&mut bumped), identity.take())?;
             self.follow_changes()?;
@@ -396,6 +401,15 @@ impl Exploration {
             let covariance = last.covariance + covariance;
             *last = Known { place: kept, center: last.center - offset, covariance, ..*last };
         }
+    }
+
+    /// Turns the map to what is known of the building's direction by now.
+    fn follow_building(&mut self) -> Result<(), ExplorationError> {
+        let Some(turn) = self.building.learn(self.mapper.building()) else { return Ok(()) };
+        let (map, _, trajectory) = self.mapper.charted();
+        map.turn(turn);
+        trajectory.turn_at_places(turn);
+        self.relax()
     }
 
     fn relax(&mut self) -> Result<(), ExplorationError> {

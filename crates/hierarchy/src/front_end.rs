@@ -157,6 +157,11 @@ impl FrontEnd {
         }
     }
 
+    /// The direction of the building that holds the heading beside a compass; see [`WallHeading::building`].
+    pub(crate) fn building(&self) -> Option<(f64, u32)> {
+        self.walls.building().filter(|_| self.tracker.has_compass())
+    }
+
     /// Whether the walls of places have turned the heading.
     pub(crate) fn is_held_by_walls(&self) -> bool {
         self.held_by_walls

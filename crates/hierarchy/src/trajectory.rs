@@ -78,6 +78,13 @@ impl Trajectory {
         }
     }
 
+    /// Turns the robot about each place at which it was: its headings were wrong by so many radians.
+    pub(crate) fn turn_at_places(&mut self, turn: f64) {
+        for anchor in &mut self.anchors {
+            anchor.place_from_robot = Isometry2::rotation(turn) * anchor.place_from_robot;
+        }
+    }
+
     /// Turns the whole path about its origin; only before the first place ties it down.
     pub(crate) fn rotate(&mut self, turn: Isometry2<f64>) {
         debug_assert!(self.anchors.is_empty(), "places would be left behind");

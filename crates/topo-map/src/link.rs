@@ -100,6 +100,14 @@ impl Displacement {
         Self { vector: -(back * self.vector), covariance, turn: Some(Turn { change: -turn.change, ..turn }) }
     }
 
+    /// The same displacement in axes that are turned by `turn` radians against the present ones.
+    #[must_use]
+    pub fn in_axes_turned_by(&self, turn: f64) -> Self {
+        let rotation = nalgebra::Rotation2::new(-turn);
+        let covariance = rotation * self.covariance * rotation.transpose();
+        Self { vector: rotation * self.vector, covariance, turn: self.turn }.symmetric()
+    }
+
     /// The pose of the second place's axes in those of the first.
     #[must_use]
     pub fn from_place_from_to_place(&self) -> Isometry2<f64> {

@@ -426,6 +426,16 @@ impl<S> TopoMap<S> {
         Ok(())
     }
 
+    /// Turns the whole map by `turn` radians: all headings by which it was measured were wrong by so much.
+    ///
+    /// For places that share the axes of those headings; a link between places that have axes of their own
+    /// ([`Displacement::turn`]) stays as it is.
+    pub fn turn(&mut self, turn: f64) {
+        let links = self.links.iter_mut().filter(|link| link.displacement.turn.is_none());
+        links.for_each(|link| link.displacement = link.displacement.in_axes_turned_by(-turn));
+        self.places.iter_mut().for_each(|place| place.state.turn(turn));
+    }
+
     fn push_place(&mut self, state: PlaceState<S>, visits: u32) -> Result<PlaceId, MapError> {
         let id = PlaceId(self.next_number(self.places.len())?);
         self.visited += usize::from(matches!(state, PlaceState::Visited { .. }));

@@ -1,5 +1,5 @@
 use local_grid::Heading;
-use nalgebra::Vector2;
+use nalgebra::{Rotation2, Vector2};
 
 /// The number of a place in its [`TopoMap`](crate::TopoMap): an index, given out in order from 0 and never again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -61,6 +61,17 @@ pub enum PlaceState<S> {
         /// Where its centre lay in the frame of `into`, in metres.
         offset: Vector2<f64>,
     },
+}
+
+impl<S> PlaceState<S> {
+    /// The same in axes that were wrong by `turn` radians.
+    pub(crate) fn turn(&mut self, turn: f64) {
+        match self {
+            Self::Predicted { toward, .. } => *toward = *toward + turn,
+            Self::Merged { offset, .. } => *offset = Rotation2::new(turn) * *offset,
+            Self::Visited { .. } | Self::Refuted => {}
+        }
+    }
 }
 
 impl<S> Place<S> {

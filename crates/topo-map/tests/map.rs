@@ -1,8 +1,10 @@
 //! The graph: what it keeps, fuses, bends and refuses.
 
+use std::f64::consts::FRAC_PI_2;
+
 use local_grid::Heading;
 use local_grid::nalgebra::{Matrix2, Vector2};
-use topo_map::{Displacement, LinkId, LinkOrigin, LinkState, MapError, PlaceId, PlaceState, TopoMap};
+use topo_map::{Displacement, LinkId, LinkOrigin, LinkState, MapError, PlaceId, PlaceState, TopoMap, Turn};
 
 fn east(distance: f64) -> Displacement {
     Displacement::isotropic(Vector2::new(distance, 0.0), 0.01)
@@ -129,6 +131,29 @@ fn merging_bends_the_links_to_the_kept_centre() {
     assert!(matches!(map.place(fifth).unwrap().state, PlaceState::Merged { into: PlaceId(0), .. }));
     assert_eq!(map.merge(fifth, PlaceId(0), Vector2::zeros(), Matrix2::zeros()), Err(MapError::Gone(fifth)));
     assert_eq!(map.bridges(), []);
+}
+
+#[test]
+fn a_map_whose_headings_were_wrong_turns_with_all_that_was_measured() {
+    let mut map = open_square();
+    let before: Vec<Displacement> = map.links().iter().map(|link| link.displacement).collect();
+    let thin =
+        Displacement { vector: Vector2::new(1.0, 0.0), covariance: Matrix2::new(1.0, 0.0, 0.0, 0.01), turn: None };
+    let (predicted, link) = map.predict_place(PlaceId(0), thin, 0.9).unwrap();
+    let own = Displacement { turn: Some(Turn { change: 0.1, variance: 0.01 }), ..thin };
+    let own = map.add_link(PlaceId(0), PlaceId(2), own, LinkOrigin::Traveled).unwrap();
+    map.turn(FRAC_PI_2);
+    for (link, before) in map.links().iter().zip(before) {
+        let left = Vector2::new(-before.vector.y, before.vector.x);
+        approx::assert_relative_eq!(link.displacement.vector, left, epsilon = 1e-12);
+    }
+    let turned = map.link(link).unwrap().displacement;
+    approx::assert_relative_eq!(turned.covariance, Matrix2::new(0.01, 0.0, 0.0, 1.0), epsilon = 1e-12);
+    let PlaceState::Predicted { toward, .. } = map.place(predicted).unwrap().state else {
+        panic!("no longer predicted")
+    };
+    approx::assert_relative_eq!(toward.radians(), FRAC_PI_2, epsilon = 1e-12);
+    assert_eq!(map.link(own).unwrap().displacement.vector, thin.vector, "places with axes of their own need no others");
 }
 
 #[test]

@@ -89,6 +89,12 @@ impl WallHeading {
         WallMemory { followed: runs.followed().to_vec(), last: *last, belief: belief.clone(), told: *told }
     }
 
+    /// The direction of the building's walls that holds the heading, modulo 90°, and how many walls have taught it; `None`
+    /// while they do not.
+    pub(crate) fn building(&self) -> Option<(f64, u32)> {
+        self.belief.building.filter(|_| self.belief.holds()).map(|building| (building, self.belief.walls))
+    }
+
     /// Follows the robot's raw odometry to where it hears a scan; what the walls say, if they say anything.
     pub(crate) fn observe(&mut self, odom_from_robot: &Isometry2<f64>, scan: &Scan) -> Option<Sight> {
         if let Some(last) = self.last.replace(*odom_from_robot) {

@@ -51,6 +51,11 @@ impl Mapper {
         self.recognizer.consider(&self.map, &self.coordinates, place, Sensing::Specular, self.front_end.held())
     }
 
+    /// The direction of the building that holds the heading, modulo 90°, and how many walls have taught it.
+    pub(crate) fn building(&self) -> Option<(f64, u32)> {
+        self.front_end.building()
+    }
+
     pub(crate) fn tracker(&self) -> &Tracker {
         &self.front_end.tracker
     }
