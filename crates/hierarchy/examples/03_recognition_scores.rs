@@ -1,33 +1,38 @@
 //! How well the mapper knows its place on logs whose path is known: position error, and closures true and false.
 //!
 //! ```text
-//! cargo run --release -p hierarchy --example 03_recognition_scores -- [--robot NAME] [--drift SEEDS] [--stampless] LOG...
+//! cargo run --release -p hierarchy --example 03_recognition_scores -- [--robot NAME] [--drift SEEDS] [--stampless] [--carry FROM,TO] LOG...
 //! ```
 //!
 //! Without `--drift` a log's own truth judges it (`TRUEPOS`). With it the log's odometry is the truth, and is spoilt by
-//! 2 % of distance and 1° per metre, as a constant and as a random walk, once for each of so many seeds.
+//! 2 % of distance and 1° per metre, as a constant and as a random walk, once for each of so many seeds. With `--carry` the
+//! robot was carried: what it recorded between two shares of a log's time, as `0.3,0.5`, is cut out.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 use std::fs::File;
 use std::io::BufReader;
+use std::ops::Range;
 use std::time::Instant;
 
 use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
 use hierarchy::{Closure, Config, Mapper, Verdict};
 use nalgebra::{Isometry2, UnitComplex};
 use robot_log::{CarmenOptions, Clock, Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
-use simulator::{Drift, OdometryModel};
+use simulator::{Drift, OdometryModel, carried};
 
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
     let mut arguments = std::env::args().skip(1);
     let (mut robot, mut seeds, mut logs) = (None, None, Vec::new());
-    let mut clock = Clock::Message;
+    let (mut clock, mut gone) = (Clock::Message, None);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--robot" => robot = arguments.next(),
             "--drift" => seeds = arguments.next().map(|seeds| seeds.parse::<u64>()).transpose()?,
+            "--carry" => {
+                gone = arguments.next().as_deref().and_then(|gone| gone.split_once(',')).map(shares).transpose()?
+            }
             "--stampless" => clock = Clock::Counted { period: 1.0 },
             _ => logs.push(argument),
         }
@@ -38,14 +43,28 @@ fn main() -> Result<(), Failure> {
         let name = log.rsplit('/').next().unwrap_or(log);
         for seed in seeds.map_or(0..1, |seeds| 1..seeds + 1) {
             let entries = if seeds.is_some() { spoilt(&entries, seed) } else { entries.clone() };
+            let entries = match &gone {
+                Some(shares) => carried(entries.iter().cloned(), stamps(&entries, shares)),
+                None => entries,
+            };
             let scores = Scores::of(&entries)?;
-            let Scores { scans, places, raw, mapped, closures, wrong, seconds } = scores;
+            let Scores { scans, places, raw, mapped, closures, wrong, seconds, carried } = scores;
             println!(
-                "{name:<28} {seed:>4} {scans:>6} {places:>6} {raw:>8.2} m {mapped:>9.3} m {closures:>9} {wrong:>6} {seconds:>5.2} s"
+                "{name:<28} {seed:>4} {scans:>6} {places:>6} {raw:>8.2} m {mapped:>9.3} m {closures:>9} {wrong:>6} {seconds:>5.2} s{carried}"
             );
         }
     }
     Ok(())
+}
+
+fn shares((from, to): (&str, &str)) -> Result<Range<f64>, std::num::ParseFloatError> {
+    Ok(from.parse()?..to.parse()?)
+}
+
+/// The stamps at two shares of a log's time.
+fn stamps(entries: &[Entry], shares: &Range<f64>) -> Range<f64> {
+    let [begin, end] = [entries.first(), entries.last()].map(|entry| entry.map_or(0.0, |entry| entry.stamp));
+    begin + shares.start * (end - begin)..begin + shares.end * (end - begin)
 }
 
 fn read(log: &str, robot: Option<&str>, clock: Clock) -> Result<Vec<Entry>, Failure> {
@@ -82,6 +101,8 @@ struct Scores {
     closures: usize,
     wrong: usize,
     seconds: f64,
+    /// Which links the robot was found to have been carried over, and how many pieces are left.
+    carried: String,
 }
 
 impl Scores {
@@ -116,8 +137,17 @@ impl Scores {
             closures: accepted.count(),
             wrong,
             seconds,
+            carried: carryings(&mapper),
         })
     }
+}
+
+/// Between which places the robot was found to have been carried, and in how many pieces the map is.
+fn carryings(mapper: &Mapper) -> String {
+    let carried = mapper.topology().links().iter().filter(|link| link.is_carried());
+    let told: String = carried.map(|link| format!("  carried: {} → {}", link.from, link.to)).collect();
+    let pieces = mapper.topology().components().len();
+    if pieces > 1 { format!("{told}, {pieces} pieces") } else { told }
 }
 
 /// Accepted closures that the truth contradicts by more than their covariance admits (99.9 %), and by more than 0.5 m or

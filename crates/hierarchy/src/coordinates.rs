@@ -108,6 +108,14 @@ impl Coordinates {
         self.map_from_place[place.index()] = pose;
     }
 
+    /// Moves a place to where it is known to be, before relaxation.
+    pub(crate) fn move_to(&mut self, place: PlaceId, map_from_place: Isometry2<f64>) {
+        self.energy = None;
+        if let Some(pose) = self.map_from_place.get_mut(place.index()) {
+            *pose = map_from_place;
+        }
+    }
+
     /// The measured links as a problem for `relaxation`.
     ///
     /// # Errors

@@ -16,6 +16,11 @@ pub enum Event {
         /// The new link.
         link: LinkId,
     },
+    /// The robot was carried; it is at another place than its wheels believe, and the map goes on there.
+    Carried {
+        /// The link over which it was carried, which says nothing.
+        link: LinkId,
+    },
     /// The robot is where it was before; a link closes the loop.
     PlaceRecognized {
         /// The place reached now.

@@ -141,6 +141,21 @@ impl FrontEnd {
         self.tracker.follow(odom_from_robot);
     }
 
+    /// The robot was carried before the first of these samples: what was known of the building is of no use here, and what they
+    /// were laid onto was somewhere else.
+    pub(crate) fn set_down(&mut self, samples: &mut [Sample]) -> Result<(), SenseError> {
+        self.tracker.set_down();
+        self.walls.forget();
+        let odom_from_track = self.odom_from_robot * self.tracker.track_from_robot().inverse();
+        for sample in &mut *samples {
+            sample.track_from_robot = odom_from_track.inv_mul(&sample.odom_from_robot);
+        }
+        if self.is_held_by_scans() {
+            self.laser_track = Some(LaserTrack::restored(lasers(samples), Learnt::default())?);
+        }
+        Ok(())
+    }
+
     /// Whether scans hold the robot's pose.
     pub(crate) fn is_held_by_scans(&self) -> bool {
         self.laser_track.is_some()

@@ -1,3 +1,4 @@
+mod carry;
 pub(crate) mod growth;
 mod led;
 mod restored;
@@ -27,6 +28,7 @@ use crate::recognize::sight::Sight;
 use crate::recognize::verify::{self, Verification};
 use crate::recognize::{Closure, Recognizer, Sensing, Verdict};
 use crate::trajectory::{Anchor, Sample, Trajectory};
+use carry::CarryWatch;
 pub(crate) use restored::{Memory, Restored};
 
 /// Builds all levels of the hierarchy from a stream of log entries and keeps them consistent.
@@ -49,6 +51,9 @@ pub struct Mapper {
     eyes: Eyes,
     front_end: FrontEnd,
     sight: Sight,
+    watch: CarryWatch,
+    /// The first sample since the robot was carried, if it ever was.
+    set_down: Option<usize>,
     trajectory: Trajectory,
     map: TopoMap<Arc<Signature>>,
     coordinates: Coordinates,
@@ -114,6 +119,8 @@ impl Mapper {
             eyes: Eyes::default(),
             front_end: FrontEnd::new(&config),
             sight: Sight::default(),
+            watch: CarryWatch::default(),
+            set_down: None,
             trajectory: Trajectory::default(),
             map: TopoMap::new(),
             coordinates: Coordinates::default(),
@@ -229,14 +236,15 @@ impl Mapper {
     fn travel(&mut self, sample: Sample) -> Result<Vec<Event>, MapperError> {
         let stamp = sample.stamp;
         self.trajectory.push_sample(sample);
+        let mut events = self.notice_carrying()?;
         let Some(anchor) = self.trajectory.anchors().last().copied() else {
-            return if self.may_start() { self.start(stamp) } else { Ok(Vec::new()) };
+            return if self.may_start() { self.start(stamp) } else { Ok(events) };
         };
         let place_from_robot = anchor.place_from_robot * anchor.track_from_robot.inverse() * self.track_from_robot();
         if place_from_robot.translation.vector.norm() < self.config.places.spacing_m {
-            return Ok(Vec::new());
+            return Ok(events);
         }
-        let mut events = self.complete_place()?;
+        events.extend(self.complete_place()?);
         events.extend(self.arrive(stamp, &anchor)?);
         Ok(events)
     }
@@ -293,10 +301,11 @@ impl Mapper {
         Ok(self.map.add_place(self.sight.signature(&Isometry2::identity(), &[])?)?)
     }
 
-    /// The scans taken since the robot had `travelled` so far, less one spacing: those that show the place where it was.
-    fn seen_since(&self, travelled: f64) -> &[Sample] {
-        let samples = self.trajectory.samples();
-        &samples[first_since(samples, travelled - self.config.places.spacing_m)..]
+    /// The number of the first scan that shows the place where the robot was when it had `travelled` so far: a spacing before,
+    /// if it was not carried there.
+    fn seen_from(&self, travelled: f64) -> usize {
+        let first = first_since(self.trajectory.samples(), travelled - self.config.places.spacing_m);
+        first.max(self.set_down.unwrap_or(0))
     }
 
     fn anchor(&mut self, place: PlaceId, stamp: f64, place_from_robot: Isometry2<f64>) {
@@ -313,9 +322,14 @@ impl Mapper {
 
     /// The robot leaves its last place, whose surroundings it has now seen from all sides: is it a known one?
     fn complete_place(&mut self) -> Result<Vec<Event>, MapperError> {
+        self.complete_place_with(self.trajectory.samples().len())
+    }
+
+    /// The same, from samples before number `end` alone.
+    fn complete_place_with(&mut self, end: usize) -> Result<Vec<Event>, MapperError> {
         let Some(anchor) = self.trajectory.anchors().last().copied() else { return Ok(Vec::new()) };
         let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
-        let seen = self.seen_since(anchor.travelled);
+        let seen = &self.trajectory.samples()[self.seen_from(anchor.travelled).min(end)..end];
         let grid = self.sight.grid(&track_from_place, seen)?;
         self.map.describe(anchor.place, self.sight.cut(&grid))?;
         if !self.config.recognition.enabled || self.eyes.are_shut() {
@@ -353,7 +367,9 @@ impl Mapper {
         let mut events = Vec::new();
         for closure in closures {
             if closure.is_accepted() {
+                self.bring_together(&closure);
                 let link = self.map.recognize(closure.place, closure.known, closure.displacement)?;
+                self.recognizer.tell_pieces_joined(&self.map);
                 events.push(Event::PlaceRecognized { place: closure.place, known: closure.known, link });
             } else {
                 events.push(Event::RecognitionRefused { closure });
@@ -402,6 +418,7 @@ impl Mapper {
             }
         }
         if !events.is_empty() {
+            self.recognizer.tell_pieces(&self.map);
             events.push(relaxed(self.coordinates.relax(&self.map)?));
         }
         Ok(events)

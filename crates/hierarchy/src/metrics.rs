@@ -65,6 +65,12 @@ pub struct LinkMetrics {
     pub recognized: usize,
     /// Recognitions weighed and refused.
     pub rejected: usize,
+    /// Links over which the robot was carried.
+    #[serde(default)]
+    pub carried: usize,
+    /// Pieces in which the map is, because the robot was carried and has not recognised anything since; 0 or 1 where it is whole.
+    #[serde(default)]
+    pub pieces: usize,
 }
 
 /// How consistent the coordinates are.

@@ -1,4 +1,5 @@
 mod closure;
+mod pieces;
 pub(crate) mod proposals;
 pub(crate) mod reach;
 pub(crate) mod sight;
@@ -9,7 +10,7 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use nalgebra::Matrix2;
+use nalgebra::{Isometry2, Matrix2};
 use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Descriptor, Signature, align, unseen_by_sonar};
 use topo_map::{Displacement, PlaceId, SignatureIndex, TopoMap, Turn};
 
@@ -17,7 +18,8 @@ use crate::config::Config;
 use crate::coordinates::Coordinates;
 use crate::recognize::reach::{Held, Reach, reach_from};
 pub use closure::{Closure, Verdict};
-use stretch::{Agreement, OVERLAP, UNLIKE, Weighing};
+use pieces::Pieces;
+use stretch::{Agreement, Doubt, Hypothesis, OVERLAP, UNLIKE, Weighing};
 pub(crate) use stretch::{Likeness, View};
 
 /// Decides which places are the same: gate by coordinates, look by signature, wait for agreement.
@@ -48,6 +50,7 @@ pub(crate) struct Recognizer {
     /// What every completed place looks like, in few numbers: for headings that hold, and in ones that no turn changes.
     oriented: SignatureIndex,
     unturned: SignatureIndex,
+    pieces: Pieces,
     spent: Duration,
 }
 
@@ -82,16 +85,25 @@ const ENOUGH: usize = 2;
 /// So many more are looked at, the most alike: a bound on the work where very many places may be the one. Far fewer would
 /// lose closures (8 lose every seventh on simulated sonar), since what is recognised is a stretch, not its best view.
 const LIKELY: usize = 24;
+/// The same where the robot was carried, so that any place may be the one; and where its heading is unknown as well, which makes
+/// comparing costly.
+const LIKELY_ANYWHERE: [usize; 2] = [64, 8];
 /// Headings known this well, in radians, do not blur a descriptor: half of one of its 16 sectors.
 const ORIENTED: f64 = 0.2;
 /// Places in a stretch.
 const STRETCH: usize = 10;
+/// The same after the robot was carried: offices have rooms that look alike, each of some ten views, but not many in a row.
+const STRETCH_ANYWHERE: usize = 30;
+/// Views that must agree then.
+const AGREEMENT_ANYWHERE: usize = 15;
 /// The least standard deviation of an alignment: half a cell and the walls' own roughness, in metres.
 const ALIGNMENT_FLOOR: f64 = 0.12;
 /// What the alignment of two sonar views errs by beyond that, in metres: the echoes travel along with the robot.
 const SNAP: f64 = 0.3;
 /// Log odds against all else from which a motion is believed: one in a hundred.
 const BELIEVED: f64 = 4.6;
+/// The same where any place may be the one: one in ten thousand.
+const BELIEVED_ANYWHERE: f64 = 9.2;
 
 impl Recognizer {
     pub(crate) fn new(config: &Config) -> Self {
@@ -105,6 +117,7 @@ impl Recognizer {
             stretch: VecDeque::new(),
             oriented: index(),
             unturned: index(),
+            pieces: Pieces::default(),
             spent: Duration::ZERO,
         }
     }
@@ -130,11 +143,10 @@ impl Recognizer {
     ) -> Vec<Closure> {
         let begun = Instant::now();
         let mut decided = Vec::new();
-        if self.stretch.len() == STRETCH
-            && let Some(view) = self.stretch.pop_front()
-        {
-            decided.extend(view.forgotten(coordinates, self.agreement));
-        }
+        let longest = if self.pieces.is_whole() { STRETCH } else { STRETCH_ANYWHERE };
+        let outgrown = (self.stretch.len() + 1).saturating_sub(longest);
+        let outgrown = self.stretch.drain(..outgrown);
+        decided.extend(outgrown.filter_map(|view| view.forgotten(coordinates, self.agreement)));
         let likenesses = self.compare(map, coordinates, place, sensing, held);
         if let Some(signature) = map.place(place).and_then(|place| place.signature()) {
             self.learn(place, signature);
@@ -175,6 +187,7 @@ impl Recognizer {
         let here = at(place);
         let near = |known: &PlaceId| (at(*known) - here).norm() <= WIDEST_GATE + OVERLAP;
         let old = map.places().iter().filter(|known| known.id != place && known.is_visited()).map(|known| known.id);
+        let old = old.filter(|known| self.pieces.are_one(*known, place));
         let near: Vec<PlaceId> = old.filter(near).collect();
         let mut gates: Vec<Gate> = Vec::new();
         for (known, reach) in near.iter().zip(reach_from(map, place, &near)) {
@@ -190,9 +203,74 @@ impl Recognizer {
             gates.truncate(ENOUGH);
         }
         self.keep_likely(&mut gates, new);
+        gates.extend(self.elsewhere(map, coordinates, place, new));
         let signature = |gate: &Gate| map.place(gate.known).and_then(|known| known.signature());
         let unseen = unseen(new);
         gates.iter().filter_map(|gate| Some(self.look(new, signature(gate)?, gate, &unseen))).collect()
+    }
+
+    /// Where coordinates say nothing, since the robot was carried, places are looked for by their looks alone.
+    fn elsewhere(
+        &self,
+        map: &TopoMap<Arc<Signature>>,
+        coordinates: &Coordinates,
+        place: PlaceId,
+        new: &Signature,
+    ) -> Vec<Gate> {
+        if self.pieces.is_whole() {
+            return Vec::new();
+        }
+        let turns = map.links_of(place).any(|link| link.displacement.turn.is_some());
+        let turn_window = if turns { std::f64::consts::PI } else { 0.0 };
+        let apart = |known: PlaceId| !self.pieces.are_one(known, place);
+        let mut gates: Vec<Gate> = Vec::new();
+        for known in self.alike(new, turns, LIKELY_ANYWHERE[usize::from(turns)], apart) {
+            let at = |place| coordinates.map_from_place(place).translation.vector;
+            let is_new = |other: &Gate| (at(other.known) - at(known)).norm() >= SAME_SPOT;
+            if gates.iter().all(is_new) {
+                gates.push(Gate { known, distance: 0.0, slack: OVERLAP, turn_window });
+            }
+        }
+        gates
+    }
+
+    /// The places that look most alike, in headings that may be turned or not.
+    fn alike(&self, new: &Signature, turned: bool, count: usize, wanted: impl Fn(PlaceId) -> bool) -> Vec<PlaceId> {
+        let (index, descriptor) = match turned {
+            true => (&self.unturned, new.turn_invariant_descriptor()),
+            false => (&self.oriented, new.descriptor()),
+        };
+        let found = index.nearest(&descriptor.0, count, wanted).unwrap_or_default();
+        found.into_iter().map(|found| found.place).collect()
+    }
+
+    /// Says which places hang together by measured links, after the robot was carried or a closure was taken back.
+    pub(crate) fn tell_pieces(&mut self, map: &TopoMap<Arc<Signature>>) {
+        self.pieces = Pieces::of(map);
+    }
+
+    /// The same after a closure was made.
+    pub(crate) fn tell_pieces_joined(&mut self, map: &TopoMap<Arc<Signature>>) {
+        if !self.pieces.is_whole() {
+            self.tell_pieces(map);
+        }
+    }
+
+    /// Where a closure joins pieces that did not hang together: the places to be moved, and how.
+    pub(crate) fn apart(&self, closure: &Closure, coordinates: &Coordinates) -> Option<(Vec<PlaceId>, Isometry2<f64>)> {
+        let Closure { place, known, displacement, .. } = closure;
+        if self.pieces.are_one(*place, *known) {
+            return None;
+        }
+        let (at, there) = (coordinates.map_from_place(*place), coordinates.map_from_place(*known));
+        let measured = displacement.from_place_from_to_place();
+        let motion = stretch::motion(&at, &there, &measured, displacement.turn.is_some());
+        // The first place holds the map where it is.
+        let (moves, motion) =
+            if self.pieces.are_one(*place, PlaceId(0)) { (known, motion.inverse()) } else { (place, motion) };
+        let count = u32::try_from(coordinates.positions().len()).unwrap_or(u32::MAX);
+        let moving = (0..count).map(PlaceId).filter(|other| self.pieces.are_one(*other, *moves));
+        Some((moving.collect(), motion))
     }
 
     /// How far a place may lie from an old one; `None` where they cannot be the same or have nothing to tell each other.
@@ -210,15 +288,11 @@ impl Recognizer {
         }
         let gated: Vec<PlaceId> = gates.iter().map(|gate| gate.known).collect();
         let turned = gates.iter().any(|gate| gate.turn_window > ORIENTED);
-        let (index, descriptor) = match turned {
-            true => (&self.unturned, new.turn_invariant_descriptor()),
-            false => (&self.oriented, new.descriptor()),
-        };
-        let alike = index.nearest(&descriptor.0, LIKELY, |place| gated.contains(&place)).unwrap_or_default();
+        let alike = self.alike(new, turned, LIKELY, |place| gated.contains(&place));
         let mut kept = 0;
         gates.retain(|gate| {
             kept += 1;
-            kept <= ENOUGH || alike.iter().any(|found| found.place == gate.known)
+            kept <= ENOUGH || alike.contains(&gate.known)
         });
     }
 
@@ -255,11 +329,17 @@ impl Recognizer {
 
     /// Looks for the one motion that explains the stretch, and believes it if nothing else comes near.
     fn decide(&mut self, map: &TopoMap<Arc<Signature>>, coordinates: &Coordinates, held: Held) -> Vec<Closure> {
-        let Some((agreeing, log_odds)) = self.likeliest(map, coordinates, held) else { return Vec::new() };
+        let Some(Likeliest { agreeing, log_odds, is_known }) = self.likeliest(map, coordinates, held) else {
+            return Vec::new();
+        };
         for &Agreement { view, .. } in &agreeing {
             self.stretch[view].most_agreed = self.stretch[view].most_agreed.max(agreeing.len());
         }
-        if agreeing.len() < self.agreement || log_odds < BELIEVED {
+        let (agreement, believed) = match is_known {
+            true => (self.agreement, BELIEVED),
+            false => (self.agreement.max(AGREEMENT_ANYWHERE), BELIEVED_ANYWHERE),
+        };
+        if agreeing.len() < agreement || log_odds < believed {
             return Vec::new();
         }
         let verdict = Verdict::Accepted { agreed: agreeing.len(), log_odds };
@@ -275,24 +355,45 @@ impl Recognizer {
         decided
     }
 
-    /// What agrees with the likeliest motion of the stretch, and the logarithm of its odds against all others and none.
-    fn likeliest(
-        &self,
-        map: &TopoMap<Arc<Signature>>,
-        coordinates: &Coordinates,
-        held: Held,
-    ) -> Option<(Vec<Agreement>, f64)> {
+    /// The likeliest motion of the stretch.
+    fn likeliest(&self, map: &TopoMap<Arc<Signature>>, coordinates: &Coordinates, held: Held) -> Option<Likeliest> {
         let newest = self.stretch.back()?.place;
         let likenesses = self.stretch.iter().flat_map(|view| &view.likenesses);
         let alike = likenesses.filter(|likeness| likeness.displacement.is_some()).map(|likeness| likeness.known);
         let known: Vec<PlaceId> = BTreeSet::from_iter(alike).into_iter().collect();
         let reach = known.iter().copied().zip(reach_from(map, newest, &known));
         let reach: HashMap<PlaceId, Reach> = reach.filter_map(|(place, reach)| Some((place, reach?))).collect();
-        let mut hypotheses = Weighing::new(&self.stretch, coordinates, &reach, held).hypotheses().into_iter();
+        let weigh = |weighing: Weighing<'_>| weighing.hypotheses().into_iter();
+        let begin = self.stretch.len().saturating_sub(STRETCH);
+        let views = self.stretch.iter().enumerate().skip(begin);
+        let near =
+            Weighing::new(views, |known| self.pieces.are_one(known, newest), coordinates, Doubt::Held(held, &reach));
+        let mut hypotheses: Vec<Hypothesis> = weigh(near).collect();
+        if !self.pieces.is_whole() {
+            let (views, doubt) = (self.stretch.iter().enumerate(), Doubt::Anywhere(self.pieces.others(newest)));
+            hypotheses.extend(weigh(Weighing::new(
+                views,
+                |known| !self.pieces.are_one(known, newest),
+                coordinates,
+                doubt,
+            )));
+            hypotheses.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+        }
+        let mut hypotheses = hypotheses.into_iter();
         let best = hypotheses.next()?;
         let against = 1.0 + hypotheses.map(|other| other.log_weight.exp()).sum::<f64>();
-        Some((best.agreeing, best.log_weight - against.ln()))
+        let is_known = best.agreeing.iter().all(|at| self.pieces.are_one(at.known, newest));
+        Some(Likeliest { log_odds: best.log_weight - against.ln(), agreeing: best.agreeing, is_known })
     }
+}
+
+/// What agrees with the likeliest motion of a stretch.
+struct Likeliest {
+    agreeing: Vec<Agreement>,
+    /// Logarithm of its odds against all other motions and none.
+    log_odds: f64,
+    /// Whether links lead to a place that agrees, so that the coordinates had their say.
+    is_known: bool,
 }
 
 fn index() -> SignatureIndex {

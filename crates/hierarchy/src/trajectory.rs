@@ -66,6 +66,20 @@ impl Trajectory {
         self.samples.push(sample);
     }
 
+    /// The same for a moment that is past.
+    pub(crate) fn insert_anchor(&mut self, index: usize, anchor: Anchor) {
+        self.anchors.insert(index, anchor);
+    }
+
+    pub(crate) fn last_anchor_mut(&mut self) -> Option<&mut Anchor> {
+        self.anchors.last_mut()
+    }
+
+    /// The samples from a number on, to be put right.
+    pub(crate) fn samples_from(&mut self, first: usize) -> &mut [Sample] {
+        &mut self.samples[first..]
+    }
+
     pub(crate) fn push_anchor(&mut self, anchor: Anchor) {
         self.anchors.push(anchor);
     }

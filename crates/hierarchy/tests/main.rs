@@ -6,6 +6,7 @@
 mod agreement;
 #[path = "../examples/blind_robot/drive.rs"]
 mod blind_robot;
+mod carried;
 mod doors;
 mod edits;
 mod explain;

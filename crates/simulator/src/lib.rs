@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod carried;
 mod compass;
 mod corner;
 mod description;
@@ -20,6 +21,7 @@ mod sonar;
 mod tour;
 mod world;
 
+pub use carried::carried;
 pub use compass::CompassModel;
 pub use description::{DescriptionError, InfraredRing, LaserFan, RobotDescription, SonarRing, Turret};
 pub use drift::Drift;

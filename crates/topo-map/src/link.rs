@@ -22,6 +22,9 @@ impl std::fmt::Display for LinkId {
     }
 }
 
+/// The standard deviation in metres of a link over which the robot was carried.
+const CARRIED: f64 = 100.0;
+
 /// How far the heading frame of one place is turned against that of another, where headings are not known for sure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -82,6 +85,13 @@ impl Displacement {
     #[must_use]
     pub fn isotropic(vector: Vector2<f64>, variance: f64) -> Self {
         Self { vector, covariance: Matrix2::identity() * variance, turn: None }
+    }
+
+    /// The same displacement, of which nothing is known but that the robot was carried: see [`Link::is_carried`].
+    #[must_use]
+    pub fn carried(&self) -> Self {
+        let any_turn = |turn: Turn| Turn { variance: std::f64::consts::PI.powi(2) / 3.0, ..turn };
+        Self { covariance: Matrix2::identity() * CARRIED.powi(2), turn: self.turn.map(any_turn), ..*self }
     }
 
     /// The same displacement as seen from its other end.
@@ -265,10 +275,17 @@ impl Link {
         if place == self.from { self.displacement } else { self.displacement.reversed() }
     }
 
-    /// Whether a robot may plan to go over it: it is open and was gone or recognised.
+    /// Whether a robot may plan to go over it: it is open and was gone, by the robot itself, or recognised.
     #[must_use]
     pub fn is_passable(&self) -> bool {
-        self.state == LinkState::Open && self.origin != LinkOrigin::Predicted
+        self.state == LinkState::Open && self.origin != LinkOrigin::Predicted && !self.is_carried()
+    }
+
+    /// Whether the robot did not go over it but was carried: its displacement says where the wheels believed to be, with a
+    /// deviation of 100 m, so that it only keeps the map in one piece until the robot recognises something.
+    #[must_use]
+    pub fn is_carried(&self) -> bool {
+        self.origin == LinkOrigin::Traveled && self.displacement.covariance.m11 >= 0.99 * CARRIED.powi(2)
     }
 
     /// Whether its displacement is a measurement that coordinates must respect.

@@ -360,6 +360,18 @@ impl<S> TopoMap<S> {
         Ok(id)
     }
 
+    /// The robot did not go over a traveled link but was carried: what it measured is forgotten.
+    ///
+    /// # Errors
+    ///
+    /// The link does not exist.
+    pub fn carry(&mut self, link: LinkId) -> Result<(), MapError> {
+        self.check_link(link)?;
+        let link = &mut self.links[link.index()];
+        link.displacement = link.displacement.carried();
+        Ok(())
+    }
+
     /// Two visited places were recognised as lying `displacement` apart: a link that can be rejected again by itself.
     ///
     /// # Errors

@@ -138,13 +138,14 @@ impl<S> TopoMap<S> {
         found
     }
 
-    /// The visited places in groups that measured links hold together, each sorted, by their lowest number.
+    /// The visited places in groups that measured links hold together, each sorted, by their lowest number; a link over which
+    /// the robot was carried holds nothing.
     ///
     /// Positions are determined within a component only.
     #[must_use]
     pub fn components(&self) -> Vec<Vec<PlaceId>> {
         let mut sets = UnionFind::<usize>::new(self.places().len());
-        for link in self.links().iter().filter(|link| link.is_measured()) {
+        for link in self.links().iter().filter(|link| link.is_measured() && !link.is_carried()) {
             sets.union(link.from.index(), link.to.index());
         }
         let mut groups: Vec<Vec<PlaceId>> = Vec::new();

@@ -122,6 +122,11 @@ fn worries(metrics: &Metrics, run: &str) -> String {
         let _ = writeln!(text, "\n P{}–P{} alone holds {} to the rest", link.from, link.to, count(link.holds, "place"));
         let _ = writeln!(text, "   topogrid explain {run} --link {}-{}", link.from, link.to);
     }
+    if metrics.links.carried > 0 {
+        let (times, pieces) = (count(metrics.links.carried, "time"), metrics.links.pieces);
+        let found = if pieces > 1 { format!("the map is in {pieces} pieces") } else { "it was found again".to_owned() };
+        let _ = writeln!(text, "\n the robot was carried {times}; {found}");
+    }
     if metrics.log.skipped > 0 {
         let _ = writeln!(
             text,

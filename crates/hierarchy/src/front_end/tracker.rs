@@ -28,6 +28,8 @@ pub struct Tracker {
     travelled: f64,
     since_place: Travel,
     rest: RestWatch,
+    /// By how much the last reading of a compass exceeded the heading, in radians.
+    contradicted: f64,
     /// What was taken for a compass until it turned while the robot stood still, with the seconds since it first spoke.
     gyro: Option<Gyro>,
     first_heading: Option<f64>,
@@ -95,6 +97,7 @@ impl Tracker {
             travelled: 0.0,
             since_place: Travel::default(),
             rest: RestWatch::default(),
+            contradicted: 0.0,
             gyro: None,
             first_heading: None,
         }
@@ -291,6 +294,7 @@ impl Tracker {
             self.track_from_robot = turn * self.track_from_robot;
             return Some(turn);
         }
+        self.contradicted = innovation;
         let novelty = (self.since_compass / self.noise.compass_correlation).min(1.0);
         if novelty <= 0.0 {
             return None;
@@ -299,6 +303,23 @@ impl Tracker {
         self.since_compass = 0.0;
         self.turn_by(innovation * gain, gain);
         None
+    }
+
+    /// By how much the last reading of a compass exceeded the heading, in radians; 0 without one.
+    pub(crate) fn contradicted(&self) -> f64 {
+        if self.seen_compass { self.contradicted } else { 0.0 }
+    }
+
+    /// The robot was carried: a compass alone knows how it is turned now.
+    pub(crate) fn set_down(&mut self) {
+        let turn = self.contradicted();
+        self.turn_in_place(turn);
+        self.contradicted = 0.0;
+        if self.seen_compass {
+            self.heading_variance = self.noise.compass_disturbance;
+            self.since_compass = 0.0;
+        }
+        self.depart();
     }
 
     /// Takes into account what a gyro has added up; the turn of the frame, where `--heading compass` takes it for one.

@@ -83,6 +83,11 @@ impl WallHeading {
         Self { noise, runs, last, belief, told }
     }
 
+    /// Forgets all walls: the robot is somewhere else.
+    pub(crate) fn forget(&mut self) {
+        (self.runs, self.belief, self.told) = (WallRuns::new(options(false)), Belief::new(), 0.0);
+    }
+
     /// What it needs to go on later.
     pub(crate) fn memory(&self) -> WallMemory {
         let Self { runs, last, belief, told, .. } = self;

@@ -7,6 +7,7 @@ use nalgebra::Isometry2;
 use robot_log::local_grid::{FrameError, Signature};
 use topo_map::{Link, PlaceId, PlaceState};
 
+use super::carry::CarryWatch;
 use super::{Mapper, MapperError, first_since};
 use crate::config::Config;
 use crate::coordinates::Coordinates;
@@ -57,7 +58,8 @@ impl Mapper {
     pub(crate) fn restored(from: Restored) -> Result<Self, MapperError> {
         let Restored { config, trajectory, links, memory, .. } = from;
         let sight = Sight::default();
-        let signatures = signatures(&sight, &trajectory, from.visits.len(), config.places.spacing_m)?;
+        let set_down = set_down(&links, &trajectory);
+        let signatures = signatures(&sight, &trajectory, &set_down, from.visits.len(), config.places.spacing_m)?;
         let map = topology(&from.visits, &from.states, links, |place| Arc::clone(&signatures[place.index()]))?;
         let mut recognizer = Recognizer::new(&config);
         // The robot still looks around at its last place, which is learnt when it leaves.
@@ -67,6 +69,8 @@ impl Mapper {
                 recognizer.learn(place.id, signature);
             }
         }
+        recognizer.tell_pieces(&map);
+        let set_down = set_down.last().copied();
         let remembers = memory.is_some();
         let Memory { taught, stretch, pending, held } = memory.unwrap_or_default();
         recognizer.recall(stretch);
@@ -76,7 +80,15 @@ impl Mapper {
         let mut restored = Self {
             eyes: Eyes::restored(samples.last().map(|sample| &sample.scan)),
             tally: from.tally.going_on_from(from.tracker.last_odometry()),
-            front_end: FrontEnd::restored(&config, from.tracker, from.held_by_scans, samples, taught)?,
+            front_end: FrontEnd::restored(
+                &config,
+                from.tracker,
+                from.held_by_scans,
+                &samples[set_down.unwrap_or(0)..],
+                taught,
+            )?,
+            watch: CarryWatch::default(),
+            set_down,
             sight,
             map,
             coordinates,
@@ -89,6 +101,7 @@ impl Mapper {
             trajectory,
             config,
         };
+        restored.watch_again();
         if !remembers {
             restored.let_building_hold();
         }
@@ -106,10 +119,17 @@ impl Mapper {
     }
 }
 
+/// The first sample after each time that the robot was carried.
+fn set_down(links: &[Link], trajectory: &Trajectory) -> Vec<usize> {
+    let first = |place| trajectory.anchors().iter().find(|anchor| anchor.place == place).map(|anchor| anchor.sample);
+    links.iter().filter(|link| link.is_carried()).filter_map(|link| first(link.to)).collect()
+}
+
 /// What each place looked like when the robot first came there; blank for those where it never was.
 fn signatures(
     sight: &Sight,
     trajectory: &Trajectory,
+    set_down: &[usize],
     places: usize,
     spacing: f64,
 ) -> Result<Vec<Arc<Signature>>, FrameError> {
@@ -120,7 +140,8 @@ fn signatures(
         if signature.is_none() {
             let until = anchors.get(index + 1).map_or(samples.len(), |next| next.sample);
             let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
-            let seen = &samples[first_since(samples, anchor.travelled - spacing).min(until)..until];
+            let here = set_down.iter().rfind(|first| **first <= anchor.sample).copied().unwrap_or(0);
+            let seen = &samples[first_since(samples, anchor.travelled - spacing).max(here).min(until)..until];
             *signature = Some(sight.signature(&track_from_place, seen)?);
         }
     }

@@ -100,6 +100,8 @@ impl Mapper {
                 traveled: links(|link| link.origin == LinkOrigin::Traveled),
                 recognized,
                 rejected: self.closures().len() - recognized.min(self.closures().len()),
+                carried: links(Link::is_carried),
+                pieces: map.components().len(),
             },
             relaxation: self.relaxation_metrics()?,
             ..Metrics::default()

@@ -62,7 +62,7 @@ pub(crate) fn reach_from<S>(map: &TopoMap<S>, start: PlaceId, wanted: &[PlaceId]
         }
         settled.insert(place, reach);
         missing.remove(&place);
-        for link in map.links_of(place).filter(|link| link.is_measured()) {
+        for link in map.links_of(place).filter(|link| link.is_measured() && !link.is_carried()) {
             let next = link.other_end(place);
             if !settled.contains_key(&next) {
                 heap.push(Visit { place: next, reach: extend(reach, link) });

@@ -42,6 +42,7 @@ pub(super) struct Agreement {
     /// The view's number in the stretch, and the likeness' in the view.
     pub(super) view: usize,
     pub(super) likeness: usize,
+    pub(super) known: PlaceId,
     /// Whether what it measured is near enough to become a link: one that only just agrees was probably drawn aside.
     pub(super) is_firm: bool,
 }
@@ -50,21 +51,32 @@ pub(super) struct Agreement {
 pub(super) struct Weighing<'a> {
     views: Vec<Sighted>,
     turns: bool,
-    /// How surely each old place is known from the newest.
-    reach: &'a HashMap<PlaceId, Reach>,
-    held: Held,
+    doubt: Doubt<'a>,
     /// The newest place: where a motion is measured.
     pivot: Vector2<f64>,
 }
 
+/// How far the coordinates of a stretch may be wrong.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Doubt<'a> {
+    /// What holds the robot's pose, and how surely each old place is known from the newest.
+    Held(Held, &'a HashMap<PlaceId, Reach>),
+    /// They say nothing: the robot was carried, and may be at any of so many places.
+    Anywhere(usize),
+}
+
 /// A view with its comparisons, as the coordinates have them now.
 struct Sighted {
+    /// The view's number in the stretch.
+    number: usize,
     map_from_place: Isometry2<f64>,
     comparisons: Vec<Comparison>,
 }
 
 /// A likeness, ready to be held against any motion.
 struct Comparison {
+    /// The likeness' number in the view.
+    number: usize,
     known: PlaceId,
     map_from_known: Isometry2<f64>,
     log_ratio: f64,
@@ -102,28 +114,38 @@ const SAME: (f64, f64) = (0.8, 0.2);
 const NEARLY_EQUAL: (f64, f64) = (0.1, 0.05);
 /// What a view says that does not look like the old place on which it would lie.
 pub(super) const UNLIKE: f64 = -1.5;
-/// The deviation by which an alignment may err in the turn, beyond its own covariance, in radians: scans see walls where they
-/// are, a few sonars see them a decimetre to the side.
-fn turn_error(held: Held) -> f64 {
-    if held == Held::Scans { 0.02 } else { 0.2 }
-}
-
 /// The least deviations of the coordinates, in metres and radians: a scan may be laid wrongly now and then.
 const LEAST_DOUBT: (f64, f64) = (0.15, 0.02);
 
+impl Doubt<'_> {
+    /// The deviation by which an alignment may err in the turn, beyond its own covariance, in radians: scans see walls where
+    /// they are, a few sonars see them a decimetre to the side.
+    fn turn_error(self) -> f64 {
+        if matches!(self, Self::Held(Held::Scans, _)) { 0.02 } else { 0.2 }
+    }
+
+    /// Logarithm of the number of places among which the stretch has to be found.
+    #[expect(clippy::cast_precision_loss, reason = "far fewer than 2⁵² places")]
+    fn log_places(self) -> f64 {
+        if let Self::Anywhere(places) = self { (places.max(1) as f64).ln() } else { 0.0 }
+    }
+}
+
 impl<'a> Weighing<'a> {
+    /// Of numbered views those comparisons with old places that are `wanted`.
     pub(super) fn new(
-        views: impl IntoIterator<Item = &'a View>,
+        views: impl IntoIterator<Item = (usize, &'a View)>,
+        wanted: impl Fn(PlaceId) -> bool,
         coordinates: &Coordinates,
-        reach: &'a HashMap<PlaceId, Reach>,
-        held: Held,
+        doubt: Doubt<'a>,
     ) -> Self {
-        let views: Vec<Sighted> =
-            views.into_iter().map(|view| Sighted::of(view, coordinates, turn_error(held))).collect();
+        let turn_error = doubt.turn_error();
+        let sighted = |(number, view)| Sighted::of(number, view, &wanted, coordinates, turn_error);
+        let views: Vec<Sighted> = views.into_iter().map(sighted).collect();
         let pivot = views.last().map_or_else(Vector2::zeros, |view| view.map_from_place.translation.vector);
         let mut comparisons = views.iter().flat_map(|view| &view.comparisons);
         let turns = comparisons.any(|of| of.measured.is_some_and(|(_, information, _)| information[(2, 2)] > 0.0));
-        Self { views, turns, reach, held, pivot }
+        Self { views, turns, doubt, pivot }
     }
 
     /// All motions worth the name, the likeliest first, each different from those before it.
@@ -179,12 +201,14 @@ impl<'a> Weighing<'a> {
         better.filter(|better| better.log_weight > rough.log_weight).or_else(|| Some(rough.clone()))
     }
 
-    /// By how much the coordinates may be wrong: the variances of shift and turn, over the surest way to any place agreed on.
+    /// By how much the coordinates may be wrong: the variances of shift and turn, over the surest way to any place agreed on;
+    /// infinite where they say nothing.
     fn doubt(&self, agreeing: &[Agreement]) -> Option<Vector3<f64>> {
-        let known = |at: &Agreement| self.views[at.view].comparisons[at.likeness].known;
-        let reach = agreeing.iter().filter_map(|at| self.reach.get(&known(at)));
-        let surest = reach.min_by(|a, b| self.held.variance(a).total_cmp(&self.held.variance(b)))?;
-        let shift = self.held.variance(surest) + LEAST_DOUBT.0.powi(2);
+        agreeing.first()?;
+        let Doubt::Held(held, reach) = self.doubt else { return Some(Vector3::repeat(f64::INFINITY)) };
+        let reach = agreeing.iter().filter_map(|at| reach.get(&at.known));
+        let surest = reach.min_by(|a, b| held.variance(a).total_cmp(&held.variance(b)))?;
+        let shift = held.variance(surest) + LEAST_DOUBT.0.powi(2);
         let turn = if self.turns { surest.turn_variance + LEAST_DOUBT.1.powi(2) } else { CERTAIN };
         Some(Vector3::new(shift, shift, turn))
     }
@@ -209,7 +233,7 @@ impl<'a> Weighing<'a> {
 
     fn weighed(&self, motion: Isometry2<f64>, seen: Evidence, doubt: &Vector3<f64>) -> Hypothesis {
         let at = self.at_pivot(&motion);
-        let prior = -0.5 * at.component_mul(&at).component_div(doubt).sum();
+        let prior = -0.5 * at.component_mul(&at).component_div(doubt).sum() - self.doubt.log_places();
         Hypothesis { motion, log_weight: seen.sum + prior, agreeing: seen.agreeing }
     }
 
@@ -217,24 +241,26 @@ impl<'a> Weighing<'a> {
         let mut evidence =
             Evidence { sum: 0.0, agreeing: Vec::new(), information: Matrix3::zeros(), gradient: Vector3::zeros() };
         let pivot = motion * nalgebra::Point2::from(self.pivot);
-        for (index, view) in self.views.iter().enumerate() {
+        for view in &self.views {
             let lands = motion * view.map_from_place;
-            let mut best: Option<(f64, Option<(usize, Misfit)>)> = None;
-            for (number, comparison) in view.comparisons.iter().enumerate() {
+            let mut best: Option<(f64, &Comparison, Option<Misfit>)> = None;
+            for comparison in &view.comparisons {
                 let apart = comparison.map_from_known.translation.vector - lands.translation.vector;
                 if apart.norm_squared() > OVERLAP * OVERLAP {
                     continue;
                 }
                 let (says, misfit) = comparison.says(&lands);
-                if best.as_ref().is_none_or(|(other, _)| says > *other) {
-                    best = Some((says, misfit.map(|misfit| (number, misfit))));
+                if best.as_ref().is_none_or(|(other, ..)| says > *other) {
+                    best = Some((says, comparison, misfit));
                 }
             }
-            let Some((says, agrees)) = best else { continue };
+            let Some((says, comparison, misfit)) = best else { continue };
             evidence.sum += says;
-            if let Some((number, misfit)) = agrees {
-                let known = view.comparisons[number].map_from_known.translation.vector;
-                evidence.agree((index, number), &misfit, &lands, known - pivot.coords);
+            if let Some(misfit) = misfit {
+                let lever = comparison.map_from_known.translation.vector - pivot.coords;
+                let (likeness, known) = (comparison.number, comparison.known);
+                let agreement = Agreement { view: view.number, likeness, known, is_firm: misfit.is_firm };
+                evidence.agree(agreement, &misfit, &lands, lever);
             }
         }
         evidence
@@ -243,13 +269,7 @@ impl<'a> Weighing<'a> {
 
 impl Evidence {
     /// Counts a view that agrees; `lever` leads from the pivot to the old place.
-    fn agree(
-        &mut self,
-        (view, likeness): (usize, usize),
-        misfit: &Misfit,
-        lands: &Isometry2<f64>,
-        lever: Vector2<f64>,
-    ) {
+    fn agree(&mut self, agreement: Agreement, misfit: &Misfit, lands: &Isometry2<f64>, lever: Vector2<f64>) {
         // Where the old place is seen when the stretch moves on by a shift and a turn about the pivot.
         let place_from_map = lands.rotation.inverse().to_rotation_matrix();
         let sideways = place_from_map * Vector2::new(-lever.y, lever.x);
@@ -259,7 +279,7 @@ impl Evidence {
         moves[(2, 2)] = -1.0;
         self.information += moves.transpose() * misfit.information * moves;
         self.gradient += moves.transpose() * misfit.information * misfit.residual;
-        self.agreeing.push(Agreement { view, likeness, is_firm: misfit.is_firm });
+        self.agreeing.push(agreement);
     }
 }
 
@@ -289,15 +309,23 @@ impl Likeness {
 }
 
 impl Sighted {
-    fn of(view: &View, coordinates: &Coordinates, turn_error: f64) -> Self {
+    fn of(
+        number: usize,
+        view: &View,
+        wanted: impl Fn(PlaceId) -> bool,
+        coordinates: &Coordinates,
+        turn_error: f64,
+    ) -> Self {
         let map_from_place = coordinates.map_from_place(view.place);
-        let comparison = |likeness: &Likeness| Comparison {
+        let comparison = |(number, likeness): (usize, &Likeness)| Comparison {
+            number,
             known: likeness.known,
             map_from_known: coordinates.map_from_place(likeness.known),
             log_ratio: likeness.log_ratio,
             measured: likeness.displacement.and_then(|measured| seen(&measured, turn_error)),
         };
-        Self { map_from_place, comparisons: view.likenesses.iter().map(comparison).collect() }
+        let wanted = view.likenesses.iter().enumerate().filter(|(_, likeness)| wanted(likeness.known));
+        Self { number, map_from_place, comparisons: wanted.map(comparison).collect() }
     }
 }
 
@@ -331,7 +359,7 @@ fn seen(measured: &Displacement, turn_error: f64) -> Option<(Isometry2<f64>, Mat
 const CERTAIN: f64 = 1e-6;
 
 /// How the stretch would have to move, in the map, for an alignment to hold.
-fn motion(
+pub(super) fn motion(
     map_from_place: &Isometry2<f64>,
     map_from_known: &Isometry2<f64>,
     place_from_known: &Isometry2<f64>,
@@ -400,7 +428,8 @@ mod tests {
         }
 
         fn weighed(&self, views: &[View]) -> Vec<Hypothesis> {
-            Weighing::new(views, &self.coordinates, &self.reach, Held::Scans).hypotheses()
+            let doubt = Doubt::Held(Held::Scans, &self.reach);
+            Weighing::new(views.iter().enumerate(), |_| true, &self.coordinates, doubt).hypotheses()
         }
     }
 

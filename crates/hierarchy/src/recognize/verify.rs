@@ -77,9 +77,10 @@ pub(crate) fn by_walls(trajectory: &Trajectory, closure: &Closure, expected: &Is
     })
 }
 
-/// The anchor of a place: each is visited once, whatever it is recognised as.
+/// The anchor of a place where the robot came there: each is visited once, whatever it is recognised as.
 fn anchor(trajectory: &Trajectory, place: PlaceId) -> Option<&Anchor> {
-    trajectory.anchors().get(place.index()).filter(|anchor| anchor.place == place)
+    let first = trajectory.anchors().partition_point(|anchor| anchor.place < place);
+    trajectory.anchors().get(first).filter(|anchor| anchor.place == place)
 }
 
 /// The laser scans of `samples`, at most `count` of them, evenly taken, with the robot's pose in the anchor's place.
