@@ -123,16 +123,20 @@ impl LocalMap {
     /// Counts misses from `start` up to the cell of `end`, and a hit there.
     fn draw(&mut self, start: Vector2<f64>, end: Vector2<f64>, changed: &mut Vec<(i32, i32)>) {
         let share = self.options.wall_share;
-        let Some(last) = self.cell(end) else { return };
         let (from, to) = (start / self.options.resolution, end / self.options.resolution);
-        self.patches.walk(from, to, |cells: &mut Cells, index, cell| {
-            let was = cells.is_wall(index, share);
-            if cell == last {
+        self.patches.walk(from, to, |cells: &mut Cells, index, cell, is_last| {
+            if is_last {
+                let was = cells.is_wall(index, share);
                 cells.hits[index] = cells.hits[index].saturating_add(1);
-            } else {
-                cells.misses[index] = cells.misses[index].saturating_add(1);
+                if !was && cells.is_wall(index, share) {
+                    changed.push(cell);
+                }
+                return;
             }
-            if cells.hits[index] > 0 && was != cells.is_wall(index, share) {
+            // Nearly all cells that rays pass were never hit: they are no walls, before as after.
+            let was = cells.hits[index] > 0 && cells.is_wall(index, share);
+            cells.misses[index] = cells.misses[index].saturating_add(1);
+            if was && !cells.is_wall(index, share) {
                 changed.push(cell);
             }
         });

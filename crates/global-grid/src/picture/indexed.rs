@@ -33,7 +33,7 @@ pub(crate) fn write_pixels(
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_palette(palette.concat());
     encoder.set_filter(png::Filter::NoFilter); // indices are names, not shades: their differences say nothing
-    encoder.set_compression(png::Compression::High);
+    encoder.set_compression(png::Compression::Balanced);
     let lowest_first: Vec<u8> = indices.collect();
     let pixels: Vec<u8> = lowest_first.chunks_exact(frame.columns().max(1)).rev().flatten().copied().collect();
     encoder.write_header()?.write_image_data(&pixels).map_err(PictureError::from)

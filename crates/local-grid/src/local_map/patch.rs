@@ -61,6 +61,19 @@ fn within((x, y): (i32, i32)) -> usize {
     (y.rem_euclid(EDGE) * EDGE + x.rem_euclid(EDGE)) as usize
 }
 
+/// The index of a cell counted from the corner of a patch, if it lies in it.
+#[expect(clippy::cast_sign_loss, reason = "checked")]
+fn within_patch(x: i32, y: i32) -> Option<usize> {
+    ((x | y) & !(EDGE - 1) == 0).then_some((y * EDGE + x) as usize)
+}
+
+/// The indices of the cells from `first` to the column `end` of the same patch.
+#[expect(clippy::cast_sign_loss, reason = "the first is no farther than the end")]
+fn run(first: (i32, i32), end: i32) -> std::ops::Range<usize> {
+    let start = within(first);
+    start..start + (end - first.0 + 1) as usize
+}
+
 impl Patches {
     pub(super) fn new(far: f32) -> Self {
         Self { far, low: (0, 0), columns: 0, rows: 0, index: Vec::new(), corners: Vec::new(), patches: Vec::new() }
@@ -138,38 +151,74 @@ impl Patches {
         Some(self.index[slot] as usize)
     }
 
-    /// Visits the cells from `from` to `to` (in cells), the last one being that of `to`.
+    /// Visits the cells from `from` to `to` (in cells), patch by patch; the last one is that of `to`, and `visit` is told so.
     pub(super) fn walk(
         &mut self,
         from: Vector2<f64>,
         to: Vector2<f64>,
-        mut visit: impl FnMut(&mut Cells, usize, (i32, i32)),
+        mut visit: impl FnMut(&mut Cells, usize, (i32, i32), bool),
     ) {
-        let (Some(first), Some(last)) = (cell_of(from), cell_of(to)) else { return };
-        let (mut x, mut y) = first;
+        let (Some((mut x, mut y)), Some(last)) = (cell_of(from), cell_of(to)) else { return };
         let direction = to - from;
         let (step_x, mut next_x, per_x) = steps(from.x, direction.x);
         let (step_y, mut next_y, per_y) = steps(from.y, direction.y);
-        let n = (last.0 - x).unsigned_abs() + (last.1 - y).unsigned_abs();
-        let mut patch = (x.div_euclid(EDGE), y.div_euclid(EDGE));
-        let Some(mut number) = self.number_or_new((x, y)) else { return };
-        for _ in 0..n {
-            visit(&mut self.patches[number], within((x, y)), (x, y));
-            // Rounding may not lead past the last column or row.
-            if (next_x < next_y && x != last.0) || y == last.1 {
-                x += step_x;
-                next_x += per_x;
-            } else {
-                y += step_y;
-                next_y += per_y;
-            }
-            let here = (x.div_euclid(EDGE), y.div_euclid(EDGE));
-            if here != patch {
-                let Some(new) = self.number_or_new((x, y)) else { return };
-                (patch, number) = (here, new);
+        let mut left = (last.0 - x).unsigned_abs() + (last.1 - y).unsigned_abs();
+        loop {
+            let Some(number) = self.number_or_new((x, y)) else { return };
+            let (cells, corner) = (&mut *self.patches[number], (x & !(EDGE - 1), y & !(EDGE - 1)));
+            while let Some(at) = within_patch(x - corner.0, y - corner.1) {
+                visit(cells, at, (x, y), left == 0);
+                if left == 0 {
+                    return;
+                }
+                left -= 1;
+                // Rounding may not lead past the last column or row.
+                if (next_x < next_y && x != last.0) || y == last.1 {
+                    x += step_x;
+                    next_x += per_x;
+                } else {
+                    y += step_y;
+                    next_y += per_y;
+                }
             }
         }
-        visit(&mut self.patches[number], within(last), last);
+    }
+
+    /// Visits the cells of one row from column `from` to `to`, both included, as runs of neighbours in one patch: the patch, the
+    /// index of the run's first cell, its column, and how many there are. Patches are made if need be.
+    pub(super) fn row_mut(
+        &mut self,
+        y: i32,
+        from: i32,
+        to: i32,
+        mut visit: impl FnMut(&mut Cells, std::ops::Range<usize>, i32),
+    ) {
+        let mut x = from;
+        while x <= to {
+            let end = (x | (EDGE - 1)).min(to);
+            if let Some(number) = self.number_or_new((x, y)) {
+                visit(&mut self.patches[number], run((x, y), end), x);
+            }
+            x = end + 1;
+        }
+    }
+
+    /// The walls, cells at no distance from one, whose row and column lie up to `reach` from those of `(x, y)`, row by row.
+    pub(super) fn walls_around(&self, (x, y): (i32, i32), reach: i32) -> Vec<(i32, i32)> {
+        let mut walls = Vec::new();
+        for row in y - reach..=y + reach {
+            let mut column = x - reach;
+            while column <= x + reach {
+                let end = (column | (EDGE - 1)).min(x + reach);
+                if let Some(number) = self.number((column, row)) {
+                    let distances = &self.patches[number].distance[run((column, row), end)];
+                    let found = (column..).zip(distances).filter(|(_, distance)| **distance == 0.0);
+                    walls.extend(found.map(|(column, _)| (column, row)));
+                }
+                column = end + 1;
+            }
+        }
+        walls
     }
 
     /// Distance at a point given in cells, and its gradient per cell, bilinear between the centres of cells.

@@ -13,6 +13,9 @@ struct Normal {
     weight: f64,
 }
 
+/// A product beyond this might overflow with the next factor.
+const LARGE: f64 = 1e250;
+
 /// Slides a scan into the map by Gauss-Newton on the distances from its echoes to the nearest walls.
 ///
 /// Minimises, with a Cauchy kernel of scale `c` and the prior's information `P`,
@@ -113,6 +116,8 @@ fn walls_only(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &Ma
     let (sin, cos) = pose.z.sin_cos();
     let (far, square_kernel) = (map.options().max_distance, options.kernel.powi(2));
     let mut normal = Normal { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), cost: 0.0, weight: 0.0 };
+    // Σ ln(1 + s) = ln Π (1 + s): one logarithm for as many echoes as a number can hold.
+    let (mut product, mut logarithms) = (1.0f64, 0.0);
     let h = &mut normal.hessian;
     for echo in echoes {
         let turned = |v: Vector2<f64>| Vector2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
@@ -123,7 +128,10 @@ fn walls_only(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &Ma
             _ => (distance, slope),
         };
         let share = distance * distance / square_kernel;
-        normal.cost += 0.5 * per_echo * square_kernel * share.ln_1p();
+        product *= 1.0 + share;
+        if product > LARGE {
+            logarithms += std::mem::replace(&mut product, 1.0).ln();
+        }
         if distance >= far {
             continue; // flat: no wall in reach
         }
@@ -139,6 +147,7 @@ fn walls_only(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &Ma
         normal.gradient += scaled * distance;
         normal.weight += weight;
     }
+    normal.cost = 0.5 * per_echo * square_kernel * (logarithms + product.ln());
     h[(1, 0)] = h[(0, 1)];
     h[(2, 0)] = h[(0, 2)];
     h[(2, 1)] = h[(1, 2)];

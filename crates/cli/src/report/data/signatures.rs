@@ -80,7 +80,7 @@ fn sheet(signatures: &[&Signature], size: usize) -> Result<String, png::Encoding
     encoder.set_depth(png::BitDepth::Two);
     encoder.set_palette(&PALETTE[..]);
     encoder.set_filter(png::Filter::NoFilter);
-    encoder.set_compression(png::Compression::High);
+    encoder.set_compression(png::Compression::Balanced);
     encoder.write_header()?.write_image_data(&pixels)?;
     Ok(base64(&out))
 }
