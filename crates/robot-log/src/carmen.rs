@@ -1,5 +1,7 @@
+use std::collections::VecDeque;
 use std::io::BufRead;
 
+use local_grid::Sweep;
 use local_grid::nalgebra::{Isometry2, Vector2};
 
 use crate::clock::{Clock, Watch};
@@ -8,6 +10,7 @@ use crate::error::{Fault, LogError, LogErrorKind};
 use crate::lines::{Lines, Words};
 use crate::report::LogReport;
 use crate::source::{Decoded, Source};
+use crate::told::{Grammar, Told};
 
 mod head;
 mod imu;
@@ -72,6 +75,7 @@ impl Default for CarmenOptions {
 /// | `IMU` | [`EntryKind::Heading`], the yaw of its quaternion; [`EntryKind::Gyro`] after `PARAM imu_kind gyro` |
 /// | `TRUEPOS` | [`EntryKind::Truth`] |
 /// | `LOOP` (our own, see [`CarmenWriter`](crate::CarmenWriter)) | [`EntryKind::Recognition`] |
+/// | `SWEEP` (our own) | none; how the robot moved during the next scan |
 /// | `PARAM` | none; mounts and range limits are taken from it |
 /// | anything else in capitals, `#` comments | none |
 ///
@@ -90,12 +94,7 @@ impl Default for CarmenOptions {
 /// # Ok::<(), robot_log::LogError>(())
 /// ```
 #[derive(Debug)]
-pub struct CarmenReader<R> {
-    lines: Lines<Decoded<R>>,
-    parser: Parser,
-    report: LogReport,
-    done: bool,
-}
+pub struct CarmenReader<R>(Told<Decoded<R>, Parser>);
 
 impl<R: BufRead> CarmenReader<R> {
     /// Starts to read the log `name` (which errors will name) from `reader`; the first bytes tell whether it is compressed.
@@ -116,44 +115,13 @@ impl<R: BufRead> CarmenReader<R> {
         options: CarmenOptions,
     ) -> Result<Self, LogError> {
         let head = Head::look(head).map_err(|kind| LogError::whole(name.as_str(), kind))?;
-        let lines = Lines::new(name, reader);
-        Ok(Self { lines, parser: Parser::new(options, &head), report: LogReport::default(), done: false })
+        Ok(Self(Told::new(Lines::new(name, reader), Parser::new(options, &head))))
     }
 
     /// What was read, passed over and skipped so far.
     #[must_use]
     pub fn report(&self) -> &LogReport {
-        &self.report
-    }
-
-    /// Why a log without an entry is none.
-    fn nothing(&self) -> LogErrorKind {
-        let names: Vec<&str> = self.report.passed_over.keys().take(5).map(String::as_str).collect();
-        if names.is_empty() { LogErrorKind::Empty } else { LogErrorKind::Foreign { messages: names.join("`, `") } }
-    }
-
-    fn advance(&mut self) -> Result<Option<Entry>, LogError> {
-        while self.lines.advance()? {
-            self.report.lines += 1;
-            match self.parser.parse(self.lines.line(), &mut self.report) {
-                Ok(Some(entry)) => {
-                    self.report.entries += 1;
-                    return Ok(Some(entry));
-                }
-                Ok(None) => {}
-                Err(fault) => {
-                    let error = self.lines.fault(fault);
-                    if !(self.parser.options.lenient && error.kind.is_local()) {
-                        return Err(error);
-                    }
-                    self.report.skip(error);
-                }
-            }
-        }
-        if self.report.entries == 0 {
-            return Err(LogError::whole(self.lines.name(), self.nothing()));
-        }
-        Ok(None)
+        self.0.report()
     }
 }
 
@@ -161,12 +129,7 @@ impl<R: BufRead> Iterator for CarmenReader<R> {
     type Item = Result<Entry, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.done {
-            return None;
-        }
-        let step = self.advance().transpose();
-        self.done = !matches!(step, Some(Ok(_)));
-        step
+        self.0.next()
     }
 }
 
@@ -181,6 +144,24 @@ struct Parser {
     sensors: Sensors,
     /// Lasers that come with the robot's pose, so that their raw messages are repetitions.
     posed: [bool; 2],
+    /// How the robot moves during the next scan.
+    sweep: Option<Sweep>,
+}
+
+impl Grammar for Parser {
+    fn read(&mut self, line: &[u8], told: &mut VecDeque<Entry>, report: &mut LogReport) -> Result<(), Fault> {
+        told.extend(self.parse(line, report)?);
+        Ok(())
+    }
+
+    fn is_lenient(&self) -> bool {
+        self.options.lenient
+    }
+
+    fn nothing(&self, report: &LogReport) -> LogErrorKind {
+        let names: Vec<&str> = report.passed_over.keys().take(5).map(String::as_str).collect();
+        if names.is_empty() { LogErrorKind::Empty } else { LogErrorKind::Foreign { messages: names.join("`, `") } }
+    }
 }
 
 impl Parser {
@@ -192,6 +173,7 @@ impl Parser {
             params: Params::default(),
             sensors: Sensors::default(),
             posed: head.posed,
+            sweep: None,
             options,
         }
     }
@@ -200,7 +182,7 @@ impl Parser {
     fn parse(&mut self, line: &[u8], report: &mut LogReport) -> Result<Option<Entry>, Fault> {
         let mut words = Words::new(line);
         let name = words.word();
-        let kind = match name.text {
+        let mut kind = match name.text {
             [] | [b'#', ..] => return Ok(None),
             b"ODOM" => {
                 let odom_from_robot = odometry(&mut words)?;
@@ -225,6 +207,10 @@ impl Parser {
                 }
                 laser::raw_laser(name.text, &mut words, self)?
             }
+            b"SWEEP" => {
+                self.sweep = Some(sweep(&mut words)?);
+                return Ok(None);
+            }
             b"PARAM" => {
                 if self.params.read(&mut words) {
                     return Ok(None);
@@ -234,6 +220,11 @@ impl Parser {
             other if is_message_name(other) => return pass_over(other, report),
             _ => return Err(words.not(name, "the name of a CARMEN message, such as ODOM or FLASER")),
         };
+        if let EntryKind::Scan { scan, .. } = &mut kind
+            && let Some(sweep) = self.sweep.take()
+        {
+            *scan = scan.clone().swept(sweep);
+        }
         self.of_scan = match &kind {
             EntryKind::Scan { odom_from_robot, .. } if !name.text.starts_with(b"RO") => *odom_from_robot,
             _ => None,
@@ -303,6 +294,14 @@ fn odometry(words: &mut Words<'_>) -> Result<Isometry2<f64>, Fault> {
 fn recognition(words: &mut Words<'_>) -> Result<EntryKind, Fault> {
     let earlier = words.number("the earlier stamp in seconds")?;
     Ok(EntryKind::Recognition { earlier, similarity: words.number("the similarity")? })
+}
+
+/// `SWEEP ahead left turn`, a message of our own: how the robot moves from the first beam of the next scan to the last, in metres
+/// and radians.
+fn sweep(words: &mut Words<'_>) -> Result<Sweep, Fault> {
+    let ahead = words.number("metres ahead during the scan")?;
+    let left = words.number("metres to the left during the scan")?;
+    Ok(Sweep { step: Vector2::new(ahead, left), turn: words.number("radians turned during the scan")? })
 }
 
 /// `TRUEPOS true_x true_y true_theta odom_x odom_y odom_theta`.

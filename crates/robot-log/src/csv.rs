@@ -10,6 +10,7 @@ use crate::error::{Fault, LogError, LogErrorKind};
 use crate::lines::Lines;
 use crate::report::LogReport;
 use crate::source::{Decoded, Source};
+use crate::told::{Grammar, Told};
 
 mod dead_reckoning;
 mod fields;
@@ -35,13 +36,7 @@ use fields::Fields;
 /// # Ok::<(), robot_log::LogError>(())
 /// ```
 #[derive(Debug)]
-pub struct CsvReader<R> {
-    lines: Lines<Decoded<R>>,
-    rows: Rows,
-    report: LogReport,
-    lenient: bool,
-    done: bool,
-}
+pub struct CsvReader<R>(Told<Decoded<R>, Rows>);
 
 impl<R: BufRead> CsvReader<R> {
     /// Starts to read the file `name` of `robot`; `lenient` leaves faulty lines out and counts them.
@@ -64,33 +59,14 @@ impl<R: BufRead> CsvReader<R> {
         robot: &RobotDescription,
         lenient: bool,
     ) -> Result<Self, LogError> {
-        let rows = Rows::new(&name, robot).map_err(|kind| LogError::whole(name.as_str(), kind))?;
-        Ok(Self { lines: Lines::new(name, reader), rows, report: LogReport::default(), lenient, done: false })
+        let rows = Rows::new(&name, robot, lenient).map_err(|kind| LogError::whole(name.as_str(), kind))?;
+        Ok(Self(Told::new(Lines::new(name, reader), rows)))
     }
 
     /// What was read and skipped so far.
     #[must_use]
     pub fn report(&self) -> &LogReport {
-        &self.report
-    }
-
-    fn advance(&mut self) -> Result<Option<Entry>, LogError> {
-        while self.rows.ready.is_empty() && self.lines.advance()? {
-            self.report.lines += 1;
-            if let Err(fault) = self.rows.read(self.lines.line(), &mut self.report) {
-                let error = self.lines.fault(fault);
-                if !(self.lenient && error.kind.is_local()) {
-                    return Err(error);
-                }
-                self.report.skip(error);
-            }
-        }
-        let entry = self.rows.ready.pop_front();
-        self.report.entries += u64::from(entry.is_some());
-        if self.report.entries == 0 {
-            return Err(LogError::whole(self.lines.name(), LogErrorKind::Empty));
-        }
-        Ok(entry)
+        self.0.report()
     }
 }
 
@@ -98,12 +74,7 @@ impl<R: BufRead> Iterator for CsvReader<R> {
     type Item = Result<Entry, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.done {
-            return None;
-        }
-        let step = self.advance().transpose();
-        self.done = !matches!(step, Some(Ok(_)));
-        step
+        self.0.next()
     }
 }
 
@@ -122,14 +93,42 @@ struct Rows {
     /// The stamp of the latest row of a file without stamps.
     counted: Option<f64>,
     lines: u64,
-    ready: VecDeque<Entry>,
+    lenient: bool,
+}
+
+impl Grammar for Rows {
+    fn read(&mut self, line: &[u8], told: &mut VecDeque<Entry>, report: &mut LogReport) -> Result<(), Fault> {
+        self.lines += 1;
+        let text = line.trim_ascii();
+        if text.is_empty() || text[0] == b'#' || self.tables.iter().any(|table| self.lines <= table.header_lines) {
+            return Ok(());
+        }
+        let Some(index) = (0..self.tables.len()).find(|index| self.is_row_of(line, *index)) else {
+            let tags: Vec<&str> = self.tables.iter().filter_map(|table| table.tag.as_deref()).collect();
+            let first = self.fields.span(line, Some(0));
+            return Err(Fault::field(line, first, format!("a line of the kinds `{}`", tags.join("`, `"))));
+        };
+        if self.tables[index].ignore {
+            report.pass_over(self.fields.tag());
+            return Ok(());
+        }
+        row::read(self, index, line, told, report)
+    }
+
+    fn is_lenient(&self) -> bool {
+        self.lenient
+    }
+
+    fn nothing(&self, _report: &LogReport) -> LogErrorKind {
+        LogErrorKind::Empty
+    }
 }
 
 impl Rows {
     /// Rows may lie so many seconds behind the latest, as the lines of a CARMEN log may.
     const HOLD: f64 = 1.0;
 
-    fn new(name: &str, robot: &RobotDescription) -> Result<Self, LogErrorKind> {
+    fn new(name: &str, robot: &RobotDescription, lenient: bool) -> Result<Self, LogErrorKind> {
         let tables: Vec<Table> = robot.tables().iter().filter(|table| is_about(table, name)).cloned().collect();
         if tables.is_empty() {
             let patterns: Vec<&str> = robot.tables().iter().filter_map(|table| table.file.as_deref()).collect();
@@ -149,27 +148,8 @@ impl Rows {
             watch: Watch::new(Self::HOLD),
             counted: None,
             lines: 0,
-            ready: VecDeque::new(),
+            lenient,
         })
-    }
-
-    /// Reads one line; its entries go into `ready`.
-    fn read(&mut self, line: &[u8], report: &mut LogReport) -> Result<(), Fault> {
-        self.lines += 1;
-        let text = line.trim_ascii();
-        if text.is_empty() || text[0] == b'#' || self.tables.iter().any(|table| self.lines <= table.header_lines) {
-            return Ok(());
-        }
-        let Some(index) = (0..self.tables.len()).find(|index| self.is_row_of(line, *index)) else {
-            let tags: Vec<&str> = self.tables.iter().filter_map(|table| table.tag.as_deref()).collect();
-            let first = self.fields.span(line, Some(0));
-            return Err(Fault::field(line, first, format!("a line of the kinds `{}`", tags.join("`, `"))));
-        };
-        if self.tables[index].ignore {
-            report.pass_over(self.fields.tag());
-            return Ok(());
-        }
-        row::read(self, index, line, report)
     }
 
     /// Notes where the odometry is at `stamp`, and how it got there.

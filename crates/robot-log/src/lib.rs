@@ -13,6 +13,7 @@ mod report;
 mod rsf;
 mod source;
 mod survey;
+mod told;
 mod write;
 
 pub use carmen::{CarmenOptions, CarmenReader};

@@ -11,7 +11,7 @@ use crate::entry::{Entry, EntryKind};
 ///
 /// A fan of rays that comes with the robot's odometry becomes `ROBOTLASER1` (a second such sensor `ROBOTLASER2`); every other sensor becomes
 /// `SONAR`, whose mounts are free, after an `ODOM` line where the entry has odometry (such an entry reads back as two).
-/// Headings go into the attitude of `IMU`, the truth into `TRUEPOS`, recognitions into `LOOP` lines of our own; what these lines have no field for (names, range limits, deviations)
+/// Headings go into the attitude of `IMU`, the truth into `TRUEPOS`, recognitions into `LOOP` lines and motions during a scan into `SWEEP` lines of our own; what these lines have no field for (names, range limits, deviations)
 /// goes into `PARAM` lines. An echo at exactly the maximum range is written a hair nearer, because at that range CARMEN means no echo.
 ///
 /// ```
@@ -126,6 +126,7 @@ impl<W: Write> CarmenWriter<W> {
     ) -> io::Result<()> {
         let sensor = scan.sensor();
         self.sensor_params(tag, sensor)?;
+        self.sweep(scan, stamp)?;
         let count = scan.readings().len();
         #[expect(clippy::cast_precision_loss, reason = "a fan has few rays")]
         let view = fan.step * (count - 1) as f64;
@@ -146,11 +147,19 @@ impl<W: Write> CarmenWriter<W> {
         };
         self.param("SONAR", Param::Kind, kind.to_owned())?;
         self.param("SONAR", Param::MaxRange, sensor.max_range().to_string())?;
+        self.sweep(scan, stamp)?;
         write!(self.out, "SONAR {} {}", sensor.beam_width(), scan.readings().len())?;
         self.ranges(scan)?;
         for mount in sensor.mounts() {
             write!(self.out, " {}", Pose(mount))?;
         }
+        self.end(stamp)
+    }
+
+    /// Says before a scan how the robot moves during it.
+    fn sweep(&mut self, scan: &Scan, stamp: f64) -> io::Result<()> {
+        let Some(sweep) = scan.sweep() else { return Ok(()) };
+        write!(self.out, "SWEEP {} {} {}", sweep.step.x, sweep.step.y, sweep.turn)?;
         self.end(stamp)
     }
 

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use approx::assert_relative_eq;
 use proptest::prelude::*;
 use robot_log::local_grid::nalgebra::{Isometry2, Vector2};
-use robot_log::local_grid::{Heading, RangeSensor, Reading, Scan, SensorKind};
+use robot_log::local_grid::{Heading, RangeSensor, Reading, Scan, SensorKind, Sweep};
 use robot_log::{CarmenOptions, CarmenReader, CarmenWriter, Entry, EntryKind};
 
 fn written(entries: &[Entry]) -> Vec<u8> {
@@ -25,7 +25,8 @@ fn assert_same(a: &Entry, b: &Entry) {
         | (EntryKind::Truth { map_from_robot: a }, EntryKind::Truth { map_from_robot: b }) => {
             assert_relative_eq!(a, b, epsilon = 1e-12);
         }
-        (EntryKind::Heading { heading: a, deviation: p }, EntryKind::Heading { heading: b, deviation: q }) => {
+        (EntryKind::Heading { heading: a, deviation: p }, EntryKind::Heading { heading: b, deviation: q })
+        | (EntryKind::Gyro { heading: a, deviation: p }, EntryKind::Gyro { heading: b, deviation: q }) => {
             assert_relative_eq!(*a - *b, 0.0, epsilon = 1e-12);
             assert_eq!(p, q);
         }
@@ -33,6 +34,7 @@ fn assert_same(a: &Entry, b: &Entry) {
             assert_eq!(p.is_some(), q.is_some());
             p.iter().zip(q).for_each(|(p, q)| assert_relative_eq!(p, q, epsilon = 1e-12));
             assert_eq!(a.readings(), b.readings());
+            assert_eq!(a.sweep(), b.sweep());
             let (a, b) = (a.sensor(), b.sensor());
             assert_eq!((a.name(), a.kind()), (b.name(), b.kind()));
             assert_eq!((a.min_range(), a.max_range()), (b.min_range(), b.max_range()));
@@ -66,16 +68,34 @@ fn laser(name: &str) -> Arc<RangeSensor> {
     Arc::new(RangeSensor::fan(name, mount, -2.0, 0.1, 41, 0.1..=6.5).unwrap())
 }
 
+/// How the robot moved during a scan.
+fn sweep() -> impl Strategy<Value = Sweep> {
+    (-1.0..1.0, -0.1..0.1, -0.5..0.5).prop_map(|(ahead, left, turn)| Sweep { step: Vector2::new(ahead, left), turn })
+}
+
 fn kind() -> impl Strategy<Value = EntryKind> {
     let scan = |odom_from_robot, sensor, readings| EntryKind::Scan {
         odom_from_robot,
         scan: Scan::new(sensor, readings).unwrap(),
+    };
+    let swept = |odom_from_robot, sensor, readings, sweep| EntryKind::Scan {
+        odom_from_robot,
+        scan: Scan::new(sensor, readings).unwrap().swept(sweep),
     };
     prop_oneof![
         pose().prop_map(|odom_from_robot| EntryKind::Odometry { odom_from_robot }),
         pose().prop_map(|map_from_robot| EntryKind::Truth { map_from_robot }),
         (-3.0..3.0, 0.001..0.5)
             .prop_map(|(heading, deviation)| EntryKind::Heading { heading: Heading::from_radians(heading), deviation }),
+        (-3.0..3.0, 0.001..0.5)
+            .prop_map(|(heading, deviation)| EntryKind::Gyro { heading: Heading::from_radians(heading), deviation }),
+        (readings(41), sweep()).prop_map(move |(readings, sweep)| swept(None, laser("third"), readings, sweep)),
+        (pose(), readings(41), sweep()).prop_map(move |(pose, readings, sweep)| swept(
+            Some(pose),
+            laser("front"),
+            readings,
+            sweep
+        )),
         (0.0..1.0, 0.0..1.0).prop_map(|(earlier, similarity)| EntryKind::Recognition { earlier, similarity }),
         readings(16).prop_map(move |readings| scan(None, sonar(), readings)),
         readings(41).prop_map(move |readings| scan(None, laser("third"), readings)),

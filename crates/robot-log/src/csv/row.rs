@@ -1,3 +1,5 @@
+use std::collections::VecDeque;
+
 use local_grid::nalgebra::{Isometry2, Vector2};
 use local_grid::{Heading, Sweep};
 
@@ -8,7 +10,13 @@ use crate::error::Fault;
 use crate::report::LogReport;
 
 /// Reads a row of table `index`; the row is cut into fields already.
-pub(super) fn read(rows: &mut Rows, index: usize, line: &[u8], report: &mut LogReport) -> Result<(), Fault> {
+pub(super) fn read(
+    rows: &mut Rows,
+    index: usize,
+    line: &[u8],
+    told: &mut VecDeque<Entry>,
+    report: &mut LogReport,
+) -> Result<(), Fault> {
     let table = &rows.tables[index];
     let fields = &rows.fields;
     if let Some(count) = table.columns.filter(|count| *count != fields.len()) {
@@ -39,7 +47,7 @@ pub(super) fn read(rows: &mut Rows, index: usize, line: &[u8], report: &mut LogR
         rows.follow(stamp, odom_from_robot);
     }
     let sweeps = rows.motion;
-    let mut give = |kind: EntryKind| rows.ready.push_back(Entry { stamp, kind });
+    let mut give = |kind: EntryKind| told.push_back(Entry { stamp, kind });
     // A heading is that of the moment at which the wheels have made the step.
     if let (Some(odom_from_robot), true) = (odom_from_robot, scans.is_empty() || heading.is_some()) {
         give(EntryKind::Odometry { odom_from_robot });
