@@ -7,6 +7,7 @@
 //! | are the true relations met? | [`relations_error`] |
 //! | does the robot know its place? | [`localization`], by its [`Contingency`] |
 //! | does it know a place again? | [`recognition`] |
+//! | do walls that are met again lie where they lay? | [`seen_again`] |
 //! | are the walls where they should be? | [`compare_maps`], [`map_score`] |
 //! | is the map sharp, where nothing is known to be true? | [`sharpness`], [`known_entropy`] |
 
@@ -21,6 +22,7 @@ mod path_error;
 mod recognition;
 mod relations;
 mod revisits;
+mod seen_again;
 mod sharpness;
 mod statistics;
 
@@ -36,5 +38,6 @@ pub use relations::{
     ErrorParts, Relation, RelationsError, RelationsOptions, RelationsParseError, read_relations, relations_error,
 };
 pub use revisits::recognition;
+pub use seen_again::{SeenAgain, seen_again};
 pub use sharpness::{Sharpness, known_entropy, mean_entropy, sharpness, wall_thickness};
 pub use statistics::Statistics;

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use hierarchy::evaluate::Alignment;
+use hierarchy::evaluate::{Alignment, seen_again};
 use serde::Serialize;
 
 use crate::context::Context;
@@ -113,7 +113,12 @@ pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure>
     judge.check(&estimate)?;
     let raw_map = subject.odometry_map();
     let [entropy_bits, raw_entropy_bits] = subject.entropies();
-    let raw = |path| Scores { entropy_bits: raw_entropy_bits, ..judge.scores(path, None, raw_map.as_ref()) };
+    let again = subject.run.as_ref().and_then(seen_again);
+    let raw = |path| Scores {
+        entropy_bits: raw_entropy_bits,
+        seen_again_m: again.map(|again| again.odometry_m),
+        ..judge.scores(path, None, raw_map.as_ref())
+    };
     let report = Report {
         schema: "topogrid/evaluate/1",
         file: args.subject.display().to_string(),
@@ -121,7 +126,7 @@ pub(crate) fn run(args: &EvaluateArgs, context: &Context) -> Result<(), Failure>
         path_length_m: subject.path.length(),
         odometry: subject.odometry.as_ref().map(raw),
         recognition: subject.run.as_ref().and_then(|run| judge.recognition(run)),
-        estimate: Scores { entropy_bits, ..estimate },
+        estimate: Scores { entropy_bits, seen_again_m: again.map(|again| again.mapped_m), ..estimate },
     };
     if context.json {
         context.print_json(&report)?;

@@ -115,6 +115,27 @@ impl TimedPath {
         self.poses.windows(2).map(|pair| (pair[1].translation.vector - pair[0].translation.vector).norm()).sum()
     }
 
+    /// From the first pose to the last, in metres; `None` on an empty path.
+    #[must_use]
+    pub fn start_to_end(&self) -> Option<f64> {
+        let (first, last) = (self.poses.first()?, self.poses.last()?);
+        Some((last.translation.vector - first.translation.vector).norm())
+    }
+
+    /// The longer and the shorter side of the smallest box that holds the path, among boxes turned by whole degrees, in metres.
+    #[must_use]
+    pub fn extent(&self) -> [f64; 2] {
+        let side = |degrees: u32| {
+            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            let along = self.poses.iter().map(|pose| pose.translation.x * cos + pose.translation.y * sin);
+            let (low, high) = along.fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(at), high.max(at)));
+            (high - low).max(0.0)
+        };
+        let boxes = (0..90).map(|degrees| (side(degrees), side(degrees + 90)));
+        let (a, b) = boxes.min_by(|a, b| (a.0 * a.1).total_cmp(&(b.0 * b.1))).unwrap_or_default();
+        [a.max(b), a.min(b)]
+    }
+
     /// The index of the pose whose stamp is nearest; the earlier of two that are equally near. `None` on an empty path.
     #[must_use]
     pub fn nearest(&self, stamp: f64) -> Option<usize> {
@@ -183,6 +204,22 @@ mod tests {
         approx::assert_relative_eq!(middle.rotation.angle().abs(), std::f64::consts::PI, epsilon = 1e-12);
         assert_eq!(path.at(-5.0), path.at(0.0));
         assert_eq!(path.at(9.0), path.at(2.0));
+    }
+
+    #[test]
+    fn the_extent_of_a_path_does_not_depend_on_its_axes() {
+        let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0), (0.0, 1.0)];
+        for turn in [0.0f64, 30.0, -77.0] {
+            let axes = Isometry2::rotation(turn.to_radians());
+            let poses =
+                corners.iter().zip(0..).map(|((x, y), k)| (f64::from(k), axes * Isometry2::translation(*x, *y)));
+            let path = TimedPath::new(poses);
+            let [long, short] = path.extent();
+            approx::assert_relative_eq!(long, 4.0, epsilon = 1e-9);
+            approx::assert_relative_eq!(short, 3.0, epsilon = 1e-9);
+            approx::assert_relative_eq!(path.start_to_end().unwrap(), 1.0, epsilon = 1e-9);
+        }
+        assert_eq!((TimedPath::default().extent(), TimedPath::default().start_to_end()), ([0.0; 2], None));
     }
 
     #[test]

@@ -24,6 +24,11 @@ pub(super) struct Scores {
     pub(super) sharpness: Option<Sharpness>,
     /// Mean entropy of the map's known cells.
     pub(super) entropy_bits: Option<f64>,
+    /// Median distance of walls that are met again from where they were met before, in metres.
+    pub(super) seen_again_m: Option<f64>,
+    pub(super) start_to_end_m: Option<f64>,
+    /// Sides of the smallest box that holds the path, in metres.
+    pub(super) driven_over_m: [f64; 2],
 }
 
 /// How well the run knew places again.
@@ -72,6 +77,9 @@ impl<'a> Judge<'a> {
             }),
             sharpness: map.map(|(map, _)| sharpness(map)),
             entropy_bits: None,
+            seen_again_m: None,
+            start_to_end_m: path.start_to_end(),
+            driven_over_m: path.extent(),
             ate,
         }
     }

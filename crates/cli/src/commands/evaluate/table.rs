@@ -7,7 +7,7 @@ use super::{RecognitionScores, Report, Scores};
 /// A line of the table: what it is, how it is read from the scores of a path, decimals, unit.
 type Row = (&'static str, fn(&Scores) -> Option<f64>, usize, &'static str);
 
-const ROWS: [Row; 31] = [
+const ROWS: [Row; 35] = [
     ("ATE rmse", |scores| Some(scores.ate.as_ref()?.translation_m.rmse), 3, "m"),
     ("ATE mean", |scores| Some(scores.ate.as_ref()?.translation_m.mean), 3, "m"),
     ("ATE max", |scores| Some(scores.ate.as_ref()?.translation_m.max), 3, "m"),
@@ -39,6 +39,10 @@ const ROWS: [Row; 31] = [
     ("entropy of a cell", |scores| scores.entropy_bits, 4, "bit"),
     ("free area", |scores| Some(scores.sharpness?.free_m2), 1, "m²"),
     ("occupied area", |scores| Some(scores.sharpness?.occupied_m2), 1, "m²"),
+    ("walls met again", |scores| scores.seen_again_m, 3, "m"),
+    ("start to end", |scores| scores.start_to_end_m, 2, "m"),
+    ("driven over", |scores| Some(scores.driven_over_m[0]), 1, "m"),
+    ("           by", |scores| Some(scores.driven_over_m[1]), 1, "m"),
 ];
 
 /// The report in words; writing to a string cannot fail.
