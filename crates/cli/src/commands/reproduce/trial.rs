@@ -4,9 +4,10 @@ use std::time::Instant;
 
 use global_grid::{CrispOptions, GridMap, GridOptions, Occupancy, SonarModel, occupancy};
 use hierarchy::evaluate::{MapMatch, Statistics, align, compare_maps};
-use hierarchy::local_grid::nalgebra::{Isometry2, Point2};
+use hierarchy::local_grid::nalgebra::{Isometry2, Point2, UnitComplex};
 use hierarchy::local_grid::{FuzzyGrid, Grid, GridFrame, Reading, SonarCone};
 use hierarchy::{Anchor, Mapper};
+use robot_log::EntryKind;
 use serde::Serialize;
 use simulator::{Ground, Robot, RobotDescription, World};
 
@@ -154,6 +155,8 @@ struct Evidence<'a> {
     paths: Paths,
     /// Where each place really is, by its index.
     truth: Positions,
+    /// Whether headings are those of a compass, so that the map's axes are the world's.
+    has_compass: bool,
 }
 
 impl<'a> Evidence<'a> {
@@ -162,7 +165,8 @@ impl<'a> Evidence<'a> {
         let anchors = mapper.trajectory().anchors();
         let paths = Paths::of(&expedition.entries);
         let truth = first_visits(anchors, &paths.truth, mapper.topology().places().len());
-        Self { mapper, described: expedition.exploration.descriptions(), anchors, paths, truth }
+        let has_compass = expedition.entries.iter().any(|entry| matches!(entry.kind, EntryKind::Heading { .. }));
+        Self { mapper, described: expedition.exploration.descriptions(), anchors, paths, truth, has_compass }
     }
 
     fn places(&self) -> usize {
@@ -181,11 +185,15 @@ impl<'a> Evidence<'a> {
         (0..all.len()).filter(doubled).count()
     }
 
+    /// The links that are wrong by too much; without a compass, in the axes that lay the map onto the truth.
     fn false_links(&self) -> usize {
+        let (found, truth) = self.pairs(&self.fused());
+        let fit = align(&found, &truth).filter(|_| !self.has_compass);
+        let turn = fit.map_or_else(UnitComplex::identity, |fit| fit.reference_from_estimate.rotation);
         let links = self.mapper.topology().links().iter().filter(|link| link.is_measured());
         let wrong = links.filter(|link| {
             let ends = self.truth[link.from.index()].zip(self.truth[link.to.index()]);
-            ends.is_some_and(|(from, to)| (link.displacement.vector - (to - from)).norm() > FALSE_LINK)
+            ends.is_some_and(|(from, to)| (turn * link.displacement.vector - (to - from)).norm() > FALSE_LINK)
         });
         wrong.count()
     }
@@ -198,7 +206,7 @@ impl<'a> Evidence<'a> {
         })?;
         let mut optimum = Measured::along(self.anchors, &self.paths.compass, self.places(), |_, _| Ok(()))?;
         optimum.relax()?;
-        let fused = self.mapper.coordinates().positions().into_iter().map(Some).collect();
+        let fused = self.fused();
         let measured = [swept.positions(), optimum.positions()];
         let columns = [
             visits(&self.paths.odometry),
@@ -220,7 +228,7 @@ impl<'a> Evidence<'a> {
 
     /// Dead reckoning by compass and the map, each laid onto the true map.
     fn drawn(&self) -> [Positions; 2] {
-        let after = self.mapper.coordinates().positions().into_iter().map(Some).collect();
+        let after = self.fused();
         [first_visits(self.anchors, &self.paths.compass, self.places()), after].map(|column| {
             let (found, truth) = self.pairs(&column);
             let Some(fit) = align(&found, &truth) else { return vec![None; self.places()] };
@@ -230,6 +238,11 @@ impl<'a> Evidence<'a> {
             };
             column.iter().enumerate().map(laid).collect()
         })
+    }
+
+    /// Where the map has the places.
+    fn fused(&self) -> Positions {
+        self.mapper.coordinates().positions().into_iter().map(Some).collect()
     }
 
     fn pairs(&self, column: &[Option<Point2<f64>>]) -> (Vec<Point2<f64>>, Vec<Point2<f64>>) {
