@@ -1,18 +1,23 @@
 //! How well the mapper knows its place on logs whose path is known: position error, and closures true and false.
 //!
 //! ```text
-//! cargo run --release -p hierarchy --example 03_recognition_scores -- [--robot NAME] [--drift SEEDS] [--stampless] [--carry FROM,TO] LOG...
+//! cargo run --release -p hierarchy --example 03_recognition_scores -- [--robot NAME] [--drift SEEDS] [--stampless] [--carry FROM,TO] [--links] LOG...
 //! ```
 //!
 //! Without `--drift` a log's own truth judges it (`TRUEPOS`). With it the log's odometry is the truth, and is spoilt by
 //! 2 % of distance and 1° per metre, as a constant and as a random walk, once for each of so many seeds. With `--carry` the
-//! robot was carried: what it recorded between two shares of a log's time, as `0.3,0.5`, is cut out.
+//! robot was carried: what it recorded between two shares of a log's time, as `0.3,0.5`, is cut out. `--links` compares the errors
+//! of the links from place to place with the deviations that they claim.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
+
+mod links;
 
 use std::fs::File;
 use std::io::BufReader;
 use std::ops::Range;
 use std::time::Instant;
+
+use links::LinkErrors;
 
 use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
 use hierarchy::{Closure, Config, Mapper, Verdict};
@@ -25,7 +30,7 @@ type Failure = Box<dyn std::error::Error>;
 fn main() -> Result<(), Failure> {
     let mut arguments = std::env::args().skip(1);
     let (mut robot, mut seeds, mut logs) = (None, None, Vec::new());
-    let (mut clock, mut gone) = (Clock::Message, None);
+    let (mut clock, mut gone, mut with_links) = (Clock::Message, None, false);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--robot" => robot = arguments.next(),
@@ -33,6 +38,7 @@ fn main() -> Result<(), Failure> {
             "--carry" => {
                 gone = arguments.next().as_deref().and_then(|gone| gone.split_once(',')).map(shares).transpose()?
             }
+            "--links" => with_links = true,
             "--stampless" => clock = Clock::Counted { period: 1.0 },
             _ => logs.push(argument),
         }
@@ -48,10 +54,13 @@ fn main() -> Result<(), Failure> {
                 None => entries,
             };
             let scores = Scores::of(&entries)?;
-            let Scores { scans, places, raw, mapped, closures, wrong, seconds, carried } = scores;
+            let Scores { scans, places, raw, mapped, closures, wrong, seconds, carried, links } = scores;
             println!(
                 "{name:<28} {seed:>4} {scans:>6} {places:>6} {raw:>8.2} m {mapped:>9.3} m {closures:>9} {wrong:>6} {seconds:>5.2} s{carried}"
             );
+            if with_links {
+                print!("{links}");
+            }
         }
     }
     Ok(())
@@ -103,6 +112,7 @@ struct Scores {
     seconds: f64,
     /// Which links the robot was found to have been carried over, and how many pieces are left.
     carried: String,
+    links: LinkErrors,
 }
 
 impl Scores {
@@ -138,6 +148,7 @@ impl Scores {
             wrong,
             seconds,
             carried: carryings(&mapper),
+            links: LinkErrors::of(&mapper, &truth),
         })
     }
 }
