@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry2, Matrix2};
 use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Descriptor, Signature, align, unseen_by_sonar};
-use topo_map::{Displacement, PlaceId, SignatureIndex, TopoMap, Turn};
+use topo_map::{Displacement, Place, PlaceId, SignatureIndex, TopoMap, Turn};
 
 use crate::config::Config;
 use crate::coordinates::Coordinates;
@@ -100,6 +100,8 @@ const AGREEMENT_ANYWHERE: usize = 15;
 const ALIGNMENT_FLOOR: f64 = 0.12;
 /// What the alignment of two sonar views errs by beyond that, in metres: the echoes travel along with the robot.
 const SNAP: f64 = 0.3;
+/// The same where they say that it was not carried after all.
+const AGREEMENT_UNMOVED: usize = 8;
 /// Log odds against all else from which a motion is believed: one in a hundred.
 const BELIEVED: f64 = 4.6;
 /// The same where any place may be the one: one in ten thousand.
@@ -185,10 +187,11 @@ impl Recognizer {
         let Some(new) = map.place(place).and_then(|place| place.signature()) else { return Vec::new() };
         let at = |place| coordinates.map_from_place(place).translation.vector;
         let here = at(place);
-        let near = |known: &PlaceId| (at(*known) - here).norm() <= WIDEST_GATE + OVERLAP;
-        let old = map.places().iter().filter(|known| known.id != place && known.is_visited()).map(|known| known.id);
-        let old = old.filter(|known| self.pieces.are_one(*known, place));
-        let near: Vec<PlaceId> = old.filter(near).collect();
+        let is_old = |known: &PlaceId| {
+            *known != place && self.pieces.are_one(*known, place) && map.place(*known).is_some_and(Place::is_visited)
+        };
+        let mut near = coordinates.near(here.into(), WIDEST_GATE + OVERLAP);
+        near.retain(is_old);
         let mut gates: Vec<Gate> = Vec::new();
         for (known, reach) in near.iter().zip(reach_from(map, place, &near)) {
             // A spot that was visited many times is compared once, with its first visit that has something to tell.
@@ -224,6 +227,15 @@ impl Recognizer {
         let turn_window = if turns { std::f64::consts::PI } else { 0.0 };
         let apart = |known: PlaceId| !self.pieces.are_one(known, place);
         let mut gates: Vec<Gate> = Vec::new();
+        // Perhaps it was not carried.
+        let here = coordinates.map_from_place(place).translation.vector;
+        let distance = |known: PlaceId| (coordinates.map_from_place(known).translation.vector - here).norm();
+        let mut near = coordinates.near(here.into(), OVERLAP);
+        near.retain(|known| apart(*known) && map.place(*known).is_some_and(Place::is_visited));
+        near.sort_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+        let turn_as_before = if turns { ORIENTED } else { 0.0 };
+        let gate = |known| Gate { known, distance: distance(known), slack: OVERLAP, turn_window: turn_as_before };
+        gates.extend(near.into_iter().take(ENOUGH).map(gate));
         for known in self.alike(new, turns, LIKELY_ANYWHERE[usize::from(turns)], apart) {
             let at = |place| coordinates.map_from_place(place).translation.vector;
             let is_new = |other: &Gate| (at(other.known) - at(known)).norm() >= SAME_SPOT;
@@ -329,7 +341,7 @@ impl Recognizer {
 
     /// Looks for the one motion that explains the stretch, and believes it if nothing else comes near.
     fn decide(&mut self, map: &TopoMap<Arc<Signature>>, coordinates: &Coordinates, held: Held) -> Vec<Closure> {
-        let Some(Likeliest { agreeing, log_odds, is_known }) = self.likeliest(map, coordinates, held) else {
+        let Some(Likeliest { agreeing, log_odds, is_known, stays }) = self.likeliest(map, coordinates, held) else {
             return Vec::new();
         };
         for &Agreement { view, .. } in &agreeing {
@@ -337,6 +349,7 @@ impl Recognizer {
         }
         let (agreement, believed) = match is_known {
             true => (self.agreement, BELIEVED),
+            false if stays => (self.agreement.max(AGREEMENT_UNMOVED), BELIEVED),
             false => (self.agreement.max(AGREEMENT_ANYWHERE), BELIEVED_ANYWHERE),
         };
         if agreeing.len() < agreement || log_odds < believed {
@@ -383,7 +396,12 @@ impl Recognizer {
         let best = hypotheses.next()?;
         let against = 1.0 + hypotheses.map(|other| other.log_weight.exp()).sum::<f64>();
         let is_known = best.agreeing.iter().all(|at| self.pieces.are_one(at.known, newest));
-        Some(Likeliest { log_odds: best.log_weight - against.ln(), agreeing: best.agreeing, is_known })
+        Some(Likeliest {
+            log_odds: best.log_weight - against.ln(),
+            agreeing: best.agreeing,
+            is_known,
+            stays: best.stays,
+        })
     }
 }
 
@@ -394,6 +412,8 @@ struct Likeliest {
     log_odds: f64,
     /// Whether links lead to a place that agrees, so that the coordinates had their say.
     is_known: bool,
+    /// Whether the robot would be where its wheels believe, so that it was not carried after all.
+    stays: bool,
 }
 
 fn index() -> SignatureIndex {

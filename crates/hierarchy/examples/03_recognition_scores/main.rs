@@ -1,15 +1,17 @@
 //! How well the mapper knows its place on logs whose path is known: position error, and closures true and false.
 //!
 //! ```text
-//! cargo run --release -p hierarchy --example 03_recognition_scores -- [--robot NAME] [--drift SEEDS] [--stampless] [--carry FROM,TO] [--links] LOG...
+//! cargo run --release -p hierarchy --example 03_recognition_scores -- [--robot NAME] [--drift SEEDS] [--stampless] [--carry FROM,TO] [--links] [--growth] LOG...
 //! ```
 //!
 //! Without `--drift` a log's own truth judges it (`TRUEPOS`). With it the log's odometry is the truth, and is spoilt by
 //! 2 % of distance and 1° per metre, as a constant and as a random walk, once for each of so many seeds. With `--carry` the
 //! robot was carried: what it recorded between two shares of a log's time, as `0.3,0.5`, is cut out. `--links` compares the errors
-//! of the links from place to place with the deviations that they claim.
+//! of the links from place to place with the deviations that they claim. With `--growth` it says what each place has cost whenever
+//! there are half as many again.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
+mod growth;
 mod links;
 
 use std::fs::File;
@@ -30,7 +32,7 @@ type Failure = Box<dyn std::error::Error>;
 fn main() -> Result<(), Failure> {
     let mut arguments = std::env::args().skip(1);
     let (mut robot, mut seeds, mut logs) = (None, None, Vec::new());
-    let (mut clock, mut gone, mut with_links) = (Clock::Message, None, false);
+    let (mut clock, mut gone, mut with_links, mut growth) = (Clock::Message, None, false, false);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--robot" => robot = arguments.next(),
@@ -39,6 +41,7 @@ fn main() -> Result<(), Failure> {
                 gone = arguments.next().as_deref().and_then(|gone| gone.split_once(',')).map(shares).transpose()?
             }
             "--links" => with_links = true,
+            "--growth" => growth = true,
             "--stampless" => clock = Clock::Counted { period: 1.0 },
             _ => logs.push(argument),
         }
@@ -53,7 +56,7 @@ fn main() -> Result<(), Failure> {
                 Some(shares) => carried(entries.iter().cloned(), stamps(&entries, shares)),
                 None => entries,
             };
-            let scores = Scores::of(&entries)?;
+            let scores = Scores::of(&entries, growth)?;
             let Scores { scans, places, raw, mapped, closures, wrong, seconds, carried, links } = scores;
             println!(
                 "{name:<28} {seed:>4} {scans:>6} {places:>6} {raw:>8.2} m {mapped:>9.3} m {closures:>9} {wrong:>6} {seconds:>5.2} s{carried}"
@@ -116,8 +119,9 @@ struct Scores {
 }
 
 impl Scores {
-    fn of(entries: &[Entry]) -> Result<Self, Failure> {
+    fn of(entries: &[Entry], growth: bool) -> Result<Self, Failure> {
         let start = Instant::now();
+        let mut mark = growth::Mark::begin();
         let mut mapper = Mapper::new(Config::default())?;
         let mut truth = Vec::new();
         for entry in entries {
@@ -125,6 +129,9 @@ impl Scores {
                 truth.push((entry.stamp, map_from_robot));
             }
             mapper.push(entry)?;
+            if growth {
+                mark.pass(mapper.topology().places().len());
+            }
         }
         mapper.finish()?;
         let seconds = start.elapsed().as_secs_f64();

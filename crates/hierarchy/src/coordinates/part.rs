@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use nalgebra::Isometry2;
-use relaxation::{Pose, PoseGraph, PoseOptions, PoseSpring, descend};
+use nalgebra::{Isometry2, Point2, Vector2};
+use relaxation::{Auto, Network, Pose, PoseGraph, PoseOptions, PoseSpring, Solver, Spring, descend};
 use topo_map::{Link, LinkId, PlaceId, TopoMap};
 
 use crate::coordinates::problem::{RelaxationError, pose_spring};
@@ -31,8 +31,10 @@ pub(super) struct Moved {
     pub(super) is_enough: bool,
 }
 
-/// What counts as not having moved, in metres and radians: a tenth of what a scan knows.
+/// What counts as not having moved, in metres and radians: a tenth of what a scan knows...
 const STILL: (f64, f64) = (0.001, 0.001);
+/// ...and of what a link knows of which a compass holds the heading, since it knows less of the distance.
+const STILL_BY_COMPASS: f64 = 0.005;
 
 impl<'a> Part<'a> {
     /// At most `count` places around the ends of some links, and their rim.
@@ -65,20 +67,22 @@ impl<'a> Part<'a> {
 
     /// The poses of least energy, given those of the rim.
     pub(super) fn relaxed(&self, pose: impl Fn(PlaceId) -> Isometry2<f64>) -> Result<Moved, RelaxationError> {
+        let turns = self.links.iter().any(|link| link.displacement.turn.is_some());
         let number: BTreeMap<PlaceId, usize> = self.places.iter().copied().zip(0..).collect();
         let spring = |link: &&Link| PoseSpring { from: number[&link.from], to: number[&link.to], ..pose_spring(link) };
         let springs: Vec<PoseSpring> = self.links.iter().map(spring).collect();
         let before: Vec<Pose> = self.places.iter().map(|place| plain(&pose(*place))).collect();
-        let held: Vec<(usize, Pose)> = before.iter().copied().enumerate().skip(self.moving).collect();
-        let graph = PoseGraph::new(self.places.len(), &springs)?.with_held(&held)?;
-        let after = descend(&graph, &before, &PoseOptions::default())?.poses;
+        let after = if turns { self.descended(&springs, &before)? } else { self.solved(&springs, &before)? };
+        let still = if turns { STILL.0 } else { STILL_BY_COMPASS };
         let shifted = |place: usize| {
             let (a, b) = (&before[place], &after[place]);
             let off = (a.translation() - b.translation()).norm();
-            off > STILL.0 || relaxation::wrap(a.heading - b.heading).abs() > STILL.1
+            off > still || relaxation::wrap(a.heading - b.heading).abs() > STILL.1
         };
         let reaches_rim = |spring: &&PoseSpring| spring.from.max(spring.to) >= self.moving;
-        let is_enough = !springs.iter().filter(reaches_rim).any(|spring| shifted(spring.from) || shifted(spring.to));
+        let has_rim = self.moving < self.places.len();
+        let is_enough =
+            has_rim && !springs.iter().filter(reaches_rim).any(|spring| shifted(spring.from) || shifted(spring.to));
         let chi2 = |spring: &PoseSpring, at: &[Pose]| spring.chi2(at[spring.from], at[spring.to]);
         let ids = self.links.iter().map(|link| link.id);
         Ok(Moved {
@@ -91,6 +95,34 @@ impl<'a> Part<'a> {
             chi2: ids.zip(&springs).map(|(id, spring)| (id, chi2(spring, &after))).collect(),
             is_enough,
         })
+    }
+
+    /// The poses of least energy near some others.
+    fn descended(&self, springs: &[PoseSpring], before: &[Pose]) -> Result<Vec<Pose>, RelaxationError> {
+        let held: Vec<(usize, Pose)> = before.iter().copied().enumerate().skip(self.moving).collect();
+        let graph = PoseGraph::new(self.places.len(), springs)?.with_held(&held)?;
+        Ok(descend(&graph, before, &PoseOptions::default())?.poses)
+    }
+
+    /// The same where a compass holds the headings, which is linear: the rim is one node at the origin, and each spring to it
+    /// is longer by where its place lies.
+    fn solved(&self, springs: &[PoseSpring], before: &[Pose]) -> Result<Vec<Pose>, RelaxationError> {
+        let node = |place: usize| if place < self.moving { place + 1 } else { 0 };
+        let lies = |place: usize| if place < self.moving { Vector2::zeros() } else { before[place].translation() };
+        let spring = |(spring, link): (&PoseSpring, &&Link)| Spring {
+            from: node(spring.from),
+            to: node(spring.to),
+            rest: link.displacement.vector + lies(spring.from) - lies(spring.to),
+            covariance: link.displacement.covariance,
+        };
+        let network = Network::new(self.moving + 1, &springs.iter().zip(&self.links).map(spring).collect::<Vec<_>>())?;
+        let moving = before[..self.moving].iter().map(|pose| pose.translation().into());
+        let start: Vec<Point2<f64>> = std::iter::once(Point2::origin()).chain(moving).collect();
+        let mut after = before.to_vec();
+        for (pose, at) in after.iter_mut().zip(Auto.solve(&network, &start).positions.iter().skip(1)) {
+            *pose = Pose::new(at.x, at.y, pose.heading);
+        }
+        Ok(after)
     }
 }
 

@@ -34,6 +34,8 @@ pub(super) struct Hypothesis {
     /// Logarithm of its probability against that of "never been here", which has 0.
     pub(super) log_weight: f64,
     pub(super) agreeing: Vec<Agreement>,
+    /// Whether it leaves the stretch about where the coordinates have it, though they need not be believed.
+    pub(super) stays: bool,
 }
 
 /// A likeness that agrees with a motion.
@@ -114,6 +116,10 @@ const SAME: (f64, f64) = (0.8, 0.2);
 const NEARLY_EQUAL: (f64, f64) = (0.1, 0.05);
 /// What a view says that does not look like the old place on which it would lie.
 pub(super) const UNLIKE: f64 = -1.5;
+/// Logarithm of the probability that the robot was not carried where it seemed so, and how far it is then from where its
+/// wheels believe, as deviations in metres and radians.
+const UNMOVED: f64 = -2.3;
+const UNMOVED_WITHIN: (f64, f64) = (0.5, 0.1);
 /// The least deviations of the coordinates, in metres and radians: a scan may be laid wrongly now and then.
 const LEAST_DOUBT: (f64, f64) = (0.15, 0.02);
 
@@ -233,8 +239,12 @@ impl<'a> Weighing<'a> {
 
     fn weighed(&self, motion: Isometry2<f64>, seen: Evidence, doubt: &Vector3<f64>) -> Hypothesis {
         let at = self.at_pivot(&motion);
-        let prior = -0.5 * at.component_mul(&at).component_div(doubt).sum() - self.doubt.log_places();
-        Hypothesis { motion, log_weight: seen.sum + prior, agreeing: seen.agreeing }
+        let prior = -0.5 * at.component_mul(&at).component_div(doubt).sum();
+        let unmoved =
+            UNMOVED - 0.5 * (at.xy().norm_squared() / UNMOVED_WITHIN.0.powi(2) + (at.z / UNMOVED_WITHIN.1).powi(2));
+        let stays = matches!(self.doubt, Doubt::Anywhere(_)) && unmoved > -self.doubt.log_places();
+        let prior = if stays { unmoved } else { prior - self.doubt.log_places() };
+        Hypothesis { motion, log_weight: seen.sum + prior, agreeing: seen.agreeing, stays }
     }
 
     fn evidence(&self, motion: &Isometry2<f64>) -> Evidence {

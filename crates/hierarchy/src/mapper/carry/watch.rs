@@ -58,6 +58,10 @@ const NARROWEST: f64 = 0.05;
 /// where it was carried it fell by 0.3 to 0.9.
 const DROP: f64 = 0.66;
 const DROP_OF_RAYS: f64 = 0.45;
+/// Views farther apart than this, in metres and radians, are not judged: those of rays, which look ahead only, and those of
+/// sonars, which hear all around. (A laser with a scan a metre saw another street at a crossing.)
+const LEAP_OF_RAYS: (f64, f64) = (0.6, 0.8);
+const LEAP: (f64, f64) = (1.2, std::f64::consts::PI);
 /// The same where hardly any agree: at most so many.
 const DROP_TO_NOTHING: f64 = 0.4;
 const NOTHING: f64 = 0.22;
@@ -103,7 +107,13 @@ impl CarryWatch {
         let off = |views: std::ops::Range<usize>| self.views.range(views).map(|view| view.contradicted.abs());
         let turned =
             off(Self::SIDE..2 * Self::SIDE).all(|off| off > TURNED) && off(0..Self::SIDE).all(|off| off < 0.5 * TURNED);
-        let drop = match self.views.iter().all(|view| view.is_precise) {
+        let is_precise = self.views.iter().all(|view| view.is_precise);
+        let leap = self.views[Self::SIDE - 1].track_from_robot.inv_mul(&self.views[Self::SIDE].track_from_robot);
+        let most = if is_precise { LEAP_OF_RAYS } else { LEAP };
+        if leap.translation.vector.norm() > most.0 || leap.rotation.angle().abs() > most.1 {
+            return None;
+        }
+        let drop = match is_precise {
             _ if turned => DROP_BY_COMPASS,
             _ if across <= NOTHING => DROP_TO_NOTHING,
             true => DROP_OF_RAYS,
