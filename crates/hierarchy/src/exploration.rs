@@ -1,7 +1,6 @@
 mod building;
 mod frontiers;
 mod optimum;
-mod rooms;
 mod same;
 
 use std::collections::BTreeMap;
@@ -13,17 +12,17 @@ use relaxation::NetworkError;
 use robot_log::{Entry, EntryKind};
 use topo_map::{
     Change, Command, Displacement, ExploreError, Explorer, ExplorerOptions, Firing, Identity, Link, LinkId, LinkOrigin,
-    LinkState, Observation, PlaceId, PlaceState,
+    LinkState, Observation, Place, PlaceId, PlaceState,
 };
 
 use crate::config::Config;
+use crate::live_map::LiveMap;
 use crate::mapper::{Mapper, MapperError};
 use crate::query::floor;
 use crate::recognize::{Closure, Verdict};
 use building::Building;
 use frontiers::{Frontier, Frontiers};
 use optimum::Optimum;
-use rooms::Rooms;
 use same::{Doubled, Known};
 
 /// What an exploring robot should do next. Headings are those of its compass.
@@ -83,8 +82,9 @@ pub enum ExplorationError {
 /// change reaches all levels at once, and each does only what the change needs: a link that was measured again is one
 /// spring exchanged in an incremental network, a view is drawn from the scans of the last metre.
 ///
-/// When nothing predicted is left, the gridmap is asked for floor that no place covers: a door is overlooked where no look
-/// into a single direction went through it. Such spots are predicted, too, each once, and only then the building is explored.
+/// When nothing predicted is left nearby, the gridmap is asked for floor that no place covers: a door is overlooked where no
+/// look into a single direction went through it. Such spots are predicted, too, each once, and visited before the robot
+/// leaves for what is farther away; when there are none anywhere, the building is explored.
 ///
 /// A real robot and a simulated one are driven alike. The robot needs a compass, or a heading as good: the map's axes are
 /// those of its headings.
@@ -93,9 +93,12 @@ pub struct Exploration {
     mapper: Mapper,
     explorer: Explorer,
     optimum: Optimum,
+    /// Spots that were looked for nearby, before the robot left; and those when nothing else was left. From nearby a spot may
+    /// have been refuted too early, so that it is looked for once more at the end.
+    nearby: Frontiers,
     frontiers: Frontiers,
-    /// The rooms so far, if it finishes a room before it leaves it.
-    rooms: Option<Rooms>,
+    /// The gridmap in which frontiers are looked for.
+    gridmap: LiveMap,
     /// So many scans have been told to the explorer.
     told: usize,
     /// What the sensors are fired for.
@@ -137,6 +140,8 @@ impl Bearing {
     }
 }
 
+/// A scan that moved by less, in metres, is left where it was drawn when frontiers are looked for.
+const SLACK: f64 = 0.1;
 /// A place covers the floor to which its way is shorter than this share of the spacing: what is farther from all of them
 /// deserves a place of its own. At the full spacing rooms behind narrow doors were left out in 4 of 15 explored maps, with
 /// this share in 3.
@@ -150,11 +155,12 @@ impl Exploration {
     /// An option out of its range.
     pub fn new(config: Config, options: ExplorerOptions) -> Result<Self, ExplorationError> {
         Ok(Self {
+            gridmap: LiveMap::new(config.grid.options()).map_err(MapperError::from)?,
             mapper: Mapper::new(config)?,
             explorer: Explorer::new(options)?,
             optimum: Optimum::default(),
+            nearby: Frontiers::default(),
             frontiers: Frontiers::default(),
-            rooms: None,
             told: 0,
             firing: Firing::Watch,
             survey: Vec::new(),
@@ -164,20 +170,6 @@ impl Exploration {
             building: Building::default(),
             changes: Vec::new(),
         })
-    }
-
-    /// Finishes a room before it leaves it: whatever is predicted outside of the room in which the robot is seems farther
-    /// away by `reluctance` metres.
-    ///
-    /// Rooms are cut from the map so far, again and again, which takes as long as all else. Over an office with a few large
-    /// rooms it saves no way: see the measurements of regions.
-    ///
-    /// # Errors
-    ///
-    /// A resolution of the gridmap that makes no sense.
-    pub fn rooms_first(mut self, reluctance: f64) -> Result<Self, ExplorationError> {
-        self.rooms = Some(Rooms::new(&self.mapper, reluctance)?);
-        Ok(self)
     }
 
     /// Takes what the robot recorded.
@@ -220,28 +212,42 @@ impl Exploration {
                     self.firing = purpose;
                     return Ok(Errand::Fire);
                 }
-                Command::Done if self.expect_more()? => {}
+                Command::Leave => _ = self.expect_more(self.explorer.options().neighbourhood)?,
+                Command::Done if self.expect_more(f64::INFINITY)? => {}
                 Command::Done => return Ok(Errand::Done),
             }
         }
     }
 
-    /// Nothing predicted is left: perhaps the gridmap shows floor on which nobody has been. Answers whether it does.
-    fn expect_more(&mut self) -> Result<bool, ExplorationError> {
+    /// Nothing predicted is left `within` so many metres of way: perhaps the gridmap shows floor there on which nobody has
+    /// been. Answers whether it does.
+    fn expect_more(&mut self, within: f64) -> Result<bool, ExplorationError> {
         let ExplorerOptions { spacing, max_places, .. } = *self.explorer.options();
-        if self.mapper.topology().n_visited() >= max_places {
-            return Ok(false);
-        }
-        let at = |place| Point2::from(self.mapper.coordinates().map_from_place(place).translation.vector);
-        let visited = self.mapper.topology().places().iter().filter(|place| place.is_visited());
-        let places: Vec<(PlaceId, Point2<f64>)> = visited.map(|place| (place.id, at(place.id))).collect();
-        let floor = floor(&self.mapper.gridmap()?, &self.mapper.poses());
-        let frontiers = self.frontiers.find(&floor, &places, COVERED * spacing);
+        let map = self.mapper.topology();
+        let Some(here) = self.explorer.place().filter(|_| map.n_visited() < max_places) else { return Ok(false) };
+        self.gridmap.follow(&self.mapper, SLACK).map_err(MapperError::from)?;
+        let floor = floor(&self.gridmap.map().to_grid().map_err(MapperError::from)?, &self.mapper.poses());
+        let ways = map.distances_from(here, Link::distance);
+        let is_near = |place: PlaceId| ways.get(place.index()).is_some_and(|way| *way <= within);
+        let places = self.charted();
+        let unasked = if within.is_finite() { &mut self.nearby } else { &mut self.frontiers };
+        let frontiers = unasked.find(&floor, &places, COVERED * spacing, is_near);
         let (map, _, _) = self.mapper.charted();
         for Frontier { seen_from, toward } in &frontiers {
             self.explorer.expect(map, *seen_from, *toward)?;
         }
         Ok(!frontiers.is_empty())
+    }
+
+    /// Where all places lie that are visited, and those that will be.
+    fn charted(&self) -> Vec<(PlaceId, Point2<f64>)> {
+        let map = self.mapper.topology();
+        let at = |place| Point2::from(self.mapper.coordinates().map_from_place(place).translation.vector);
+        let visited = map.places().iter().filter(|place| place.is_visited()).map(|place| (place.id, at(place.id)));
+        let is_open = |link: &&Link| link.origin == LinkOrigin::Predicted && link.state == LinkState::Open;
+        let predicted =
+            map.links().iter().filter(is_open).filter(|link| map.place(link.to).is_some_and(Place::is_predicted));
+        visited.chain(predicted.map(|link| (link.to, at(link.from) + link.displacement.vector))).collect()
     }
 
     /// All levels of the map so far.
@@ -278,10 +284,6 @@ impl Exploration {
         identity: Option<Identity<Arc<Signature>>>,
     ) -> Result<Command, ExplorationError> {
         let track_from_robot = self.mapper.track_from_robot();
-        if let Some(rooms) = &mut self.rooms {
-            rooms.follow(&self.mapper)?;
-        }
-        let (rooms, here) = (self.rooms.as_ref(), self.explorer.place());
         let (map, coordinates, trajectory) = self.mapper.charted();
         let fresh = self.told..trajectory.samples().len();
         if self.firing == Firing::Survey {
@@ -294,10 +296,8 @@ impl Exploration {
         self.told = fresh.end;
         self.firing = Firing::Watch;
         let position = |place| Some(Point2::from(coordinates.map_from_place(place).translation.vector));
-        let spot = |place| position(place).unwrap_or_default();
-        let preference = |link: &Link| rooms.zip(here).map_or(0.0, |(rooms, here)| rooms.detour(spot, here, link));
         let observed = Observation::at(track_from_robot, &position);
-        let observation = Observation { scans: &scans, bumped, identity, preference: &preference, ..observed };
+        let observation = Observation { scans: &scans, bumped, identity, ..observed };
         Ok(self.explorer.observe(map, observation)?)
     }
 

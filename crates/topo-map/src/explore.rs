@@ -53,6 +53,9 @@ pub struct ExplorerOptions {
     /// How many times a way that was blocked, or a prediction that could not be reached, is tried again before it is given
     /// up.
     pub retries: u32,
+    /// What is left to be found out within so many metres of way is finished before the robot leaves for anything farther,
+    /// and the host is asked for more there; with 0 it always goes to what is nearest.
+    pub neighbourhood: f64,
     /// The exploration ends when the map has so many visited places, whatever is still predicted.
     pub max_places: usize,
     /// How openings are measured.
@@ -94,6 +97,7 @@ impl Default for ExplorerOptions {
             redundancy: 1.8,
             link_penalty: 2.0,
             retries: 2,
+            neighbourhood: 4.0,
             max_places: 10_000,
             features: FeatureOptions::default(),
             peaks: PeakOptions::default(),
@@ -107,7 +111,8 @@ impl Default for ExplorerOptions {
 /// The strategy is that of Duckett & Nehmzow (1999). At each new place the network says in which directions the way is
 /// open, and there *predicted places* enter the map. The robot goes to the nearest of them, that is to the edge of the
 /// charted territory, and finds that it can be reached (it becomes a visited place, or turns out to be one that is known
-/// already) or not (it is refuted). When nothing predicted is left, the building is explored.
+/// already) or not (it is refuted). It finishes a neighbourhood before it leaves it, and the
+/// host may expect more there ([`Command::Leave`]). When nothing predicted is left, the building is explored.
 ///
 /// The explorer moves nothing itself, opens nothing, and knows no clock: a real robot and a simulated one are driven alike.
 /// It changes the map that it is given and reports every change ([`Explorer::take_changes`]), so that the levels above can
@@ -162,6 +167,8 @@ enum Phase {
     Identifying(Option<Travel>),
     /// Nothing is going on.
     Choosing,
+    /// Nothing is left nearby, and the host has been told.
+    Leaving,
     /// Under way.
     Traveling(Travel),
     /// Nothing predicted is left.
@@ -300,7 +307,7 @@ impl Explorer {
         map: &mut TopoMap<S>,
         observation: Observation<'_, S>,
     ) -> Result<Command, ExploreError> {
-        let Observation { track_from_robot, scans, bumped, identity, position, preference } = observation;
+        let Observation { track_from_robot, scans, bumped, identity, position } = observation;
         self.follow(track_from_robot)?;
         for (pose, scan) in scans {
             self.sense(pose, scan)?;
@@ -324,7 +331,11 @@ impl Explorer {
                     self.phase = Phase::Identifying(travel);
                     return Ok(Command::Identify { expected, thorough });
                 }
-                Phase::Choosing => self.choose(map, position, preference)?,
+                phase @ (Phase::Choosing | Phase::Leaving) => {
+                    if let Some(command) = self.choose(map, position, matches!(phase, Phase::Leaving))? {
+                        return Ok(command);
+                    }
+                }
                 Phase::Traveling(travel) => {
                     if let Some(command) = self.travel(map, travel)? {
                         return Ok(command);
@@ -343,6 +354,7 @@ impl Explorer {
         }
         let step = (at - self.robot.translation.vector).norm();
         self.robot = track_from_robot;
+        self.obstacles.tread(Point2::from(at));
         if let Some(here) = &mut self.here {
             here.driven += step;
         }
@@ -433,6 +445,9 @@ impl ExplorerOptions {
         }
         if self.survey_firings == 0 {
             return Err(ExploreError::Option { name: "survey_firings", range: "[1, ∞)", value: 0.0 });
+        }
+        if !(self.neighbourhood >= 0.0 && self.neighbourhood.is_finite()) {
+            return Err(ExploreError::Option { name: "neighbourhood", range: "[0, ∞)", value: self.neighbourhood });
         }
         if !(self.detour >= 1.0 && self.detour.is_finite()) {
             return Err(ExploreError::Option { name: "detour", range: "[1, ∞)", value: self.detour });

@@ -1,7 +1,7 @@
 //! The explorer as a state machine by itself; whole explorations are tests of the crate above, which drives them.
 
-use local_grid::nalgebra::{Isometry2, Point2};
-use topo_map::{Command, ExploreError, Explorer, ExplorerOptions, Observation, TopoMap, local_grid};
+use local_grid::nalgebra::{Isometry2, Matrix2, Point2, UnitComplex, Vector2};
+use topo_map::{Command, ExploreError, Explorer, ExplorerOptions, Identity, Observation, PlaceId, TopoMap, local_grid};
 
 #[test]
 fn wrong_input_is_refused_and_a_survey_begins_the_exploration() {
@@ -14,4 +14,76 @@ fn wrong_input_is_refused_and_a_survey_begins_the_exploration() {
     assert_eq!(explorer.observe(&mut map, lost), Err(ExploreError::Pose));
     let first = explorer.observe(&mut map, Observation::at(Isometry2::identity(), &nowhere)).unwrap();
     assert!(matches!(first, Command::Look { .. }));
+}
+
+/// A robot that sees nothing, drives as it is told, and is told which places to expect.
+struct Blind {
+    explorer: Explorer,
+    map: TopoMap<()>,
+    pose: Isometry2<f64>,
+    identity: Option<Identity<()>>,
+}
+
+impl Blind {
+    fn new(options: ExplorerOptions) -> Self {
+        let explorer = Explorer::new(options).unwrap();
+        Self { explorer, map: TopoMap::new(), pose: Isometry2::identity(), identity: None }
+    }
+
+    /// Obeys until nothing is left, or nothing nearby.
+    fn drive(&mut self) -> Command {
+        let nowhere = |_| None;
+        for _ in 0..1000 {
+            let observation = Observation { identity: self.identity.take(), ..Observation::at(self.pose, &nowhere) };
+            match self.explorer.observe(&mut self.map, observation).unwrap() {
+                Command::Turn { to } => self.pose.rotation = UnitComplex::new(to.radians()),
+                Command::Drive { distance } => self.pose *= Isometry2::translation(distance, 0.0),
+                Command::Identify { expected, .. } => self.identity = Some(self.identify(expected)),
+                end @ (Command::Leave | Command::Done) => return end,
+                Command::Look { .. } | Command::Fire { .. } => {}
+            }
+        }
+        panic!("it drives for ever");
+    }
+
+    fn identify(&self, expected: Option<PlaceId>) -> Identity<()> {
+        match expected.filter(|place| self.map.place(*place).is_some_and(|place| place.is_visited())) {
+            Some(place) => {
+                Identity::Known { place, offset: Vector2::zeros(), covariance: Matrix2::identity() * 1e-4, seen: None }
+            }
+            None => Identity::New { signature: () },
+        }
+    }
+
+    fn here(&self) -> PlaceId {
+        self.explorer.place().unwrap()
+    }
+
+    fn expect(&mut self, from: PlaceId, toward: (f64, f64)) {
+        self.explorer.expect(&mut self.map, from, Vector2::new(toward.0, toward.1)).unwrap();
+    }
+}
+
+#[test]
+fn a_neighbourhood_is_finished_before_the_robot_leaves_it() {
+    for (neighbourhood, finishes) in [(2.0, true), (0.0, false)] {
+        let mut robot = Blind::new(ExplorerOptions { neighbourhood, ..ExplorerOptions::default() });
+        assert_eq!(robot.drive(), Command::Done);
+        let first = robot.here();
+        for _ in 0..3 {
+            robot.expect(robot.here(), (1.0, 0.0));
+            assert_eq!(robot.drive(), Command::Done);
+        }
+        assert!((robot.pose.translation.vector - Vector2::new(3.0, 0.0)).norm() < 0.2, "{}", robot.pose);
+        robot.expect(first, (0.0, 1.0));
+        if finishes {
+            // It is asked before it goes back three metres; what is expected here comes first.
+            assert_eq!(robot.drive(), Command::Leave);
+            robot.expect(robot.here(), (0.0, 1.0));
+            assert_eq!(robot.drive(), Command::Leave);
+            assert!((robot.pose.translation.vector - Vector2::new(3.0, 1.0)).norm() < 0.2, "{}", robot.pose);
+        }
+        assert_eq!(robot.drive(), Command::Done);
+        assert!((robot.pose.translation.vector - Vector2::new(0.0, 1.0)).norm() < 0.2, "{}", robot.pose);
+    }
 }

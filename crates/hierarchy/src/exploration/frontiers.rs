@@ -36,12 +36,18 @@ const WORTH: f64 = 0.05;
 const APART: f64 = 0.8;
 
 impl Frontiers {
-    /// The nearest spot of every piece of `floor` from which the way to all visited places is longer than `covered` metres,
-    /// unless it was answered before.
+    /// The nearest spot of every piece of `floor` from which the way to all `places` is longer than `covered` metres, if the
+    /// place nearest to it is one from which it `may` be looked for and it was not answered before.
     ///
     /// Ways are measured over the floor, not through walls. Where the map has floor beyond a wall, since sonar hears past
     /// it, the spot is refuted on the way there, once.
-    pub(super) fn find(&mut self, floor: &Grid<f32>, places: &[(PlaceId, Point2<f64>)], covered: f64) -> Vec<Frontier> {
+    pub(super) fn find(
+        &mut self,
+        floor: &Grid<f32>,
+        places: &[(PlaceId, Point2<f64>)],
+        covered: f64,
+        may: impl Fn(PlaceId) -> bool,
+    ) -> Vec<Frontier> {
         let resolution = floor.frame().resolution();
         let wide = |radius: f64| erode(floor, &Element::disc(radius, resolution), Logic::Goedel);
         let (ways, room) = (Ways::over(&wide(GAP), places), wide(ROOM));
@@ -57,7 +63,7 @@ impl Frontiers {
                 continue;
             };
             let spot = center(floor.frame(), cell);
-            if self.asked.iter().all(|asked| (asked - spot).norm() >= APART) {
+            if may(place) && self.asked.iter().all(|asked| (asked - spot).norm() >= APART) {
                 self.asked.push(spot);
                 found.push(Frontier { seen_from: place, toward: spot - at });
             }
@@ -200,18 +206,18 @@ mod tests {
     #[test]
     fn a_room_behind_an_overlooked_door_is_a_frontier_once() {
         let (floor, places, mut frontiers) = (two_rooms(6), places(), Frontiers::default());
-        let found = frontiers.find(&floor, &places, 1.0);
+        let found = frontiers.find(&floor, &places, 1.0, |_| true);
         assert_eq!(found.len(), 1, "{found:?}");
         assert_eq!(found[0].seen_from, places[5].0); // the place before the door
         let spot = places[5].1 + found[0].toward;
         assert!(spot.x > 3.2 && found[0].toward.norm() < 1.3, "{spot}");
-        assert!(frontiers.find(&floor, &places, 1.0).is_empty());
+        assert!(frontiers.find(&floor, &places, 1.0, |_| true).is_empty());
     }
 
     #[test]
     fn what_lies_behind_a_wall_or_a_crack_is_no_frontier() {
         for gap in [0, 2] {
-            assert!(Frontiers::default().find(&two_rooms(gap), &places(), 1.0).is_empty());
+            assert!(Frontiers::default().find(&two_rooms(gap), &places(), 1.0, |_| true).is_empty());
         }
     }
 }

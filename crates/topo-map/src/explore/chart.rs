@@ -2,7 +2,7 @@ use local_grid::Heading;
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::travel::{Hop, Travel, drop_idle_predictions};
-use super::{Change, ExploreError, Explorer, Here, Obstacles, Phase};
+use super::{Change, Command, ExploreError, Explorer, Here, Phase};
 use crate::{Central, Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, PlaceState, TopoMap};
 
 /// From this share of the spacing on, a spot is surely none of the charted places.
@@ -13,6 +13,9 @@ const SAME: f64 = 0.6;
 const EXPECTED: f64 = 0.5;
 /// By how many metres a link is put off on which the robot was stopped.
 const SECOND_TRY: f64 = 20.0;
+/// So many times it is tried again before the robot leaves its neighbourhood; further tries wait until all else is done, when
+/// what was in the way may have gone.
+const AGAIN_AT_ONCE: u32 = 1;
 
 impl Explorer {
     /// Adds the openings around the robot to the map: predicted places, or predicted links to places that are known.
@@ -116,22 +119,40 @@ impl Explorer {
         })
     }
 
-    /// Sets out for the nearest predicted link, or finds that none is left.
+    /// Sets out for the nearest predicted link, or finds that none is left. Before it goes far it says so, unless the host
+    /// has just been `told`.
     pub(super) fn choose<S>(
         &mut self,
         map: &mut TopoMap<S>,
         position: &dyn Fn(PlaceId) -> Option<Point2<f64>>,
-        preference: &dyn Fn(&Link) -> f64,
-    ) -> Result<(), ExploreError> {
+        told: bool,
+    ) -> Result<Option<Command>, ExploreError> {
         self.phase = Phase::Done;
         self.drop_charted(map, position)?;
-        let Some(here) = self.here else { return Ok(()) };
+        let Some(here) = self.here else { return Ok(None) };
         if map.n_visited() >= self.options.max_places {
-            return Ok(());
+            return Ok(None);
         }
+        let neighbourhood = self.options.neighbourhood;
+        let tried = |link: &Link| self.tried.get(&link.id).copied().unwrap_or(0);
+        let is_near = |link: &Link, way: f64| way < neighbourhood && tried(link) <= AGAIN_AT_ONCE;
+        if let Some(travel) = self.cheapest(map, here.place, is_near) {
+            self.phase = Phase::Traveling(travel);
+            return Ok(None);
+        }
+        if !told && neighbourhood > 0.0 && open_predictions(map).next().is_some() {
+            self.phase = Phase::Leaving;
+            return Ok(Some(Command::Leave));
+        }
+        self.depart(map, here.place)?;
+        Ok(None)
+    }
+
+    /// Sets out for the nearest predicted link of all, if one can be reached.
+    fn depart<S>(&mut self, map: &mut TopoMap<S>, from: PlaceId) -> Result<(), ExploreError> {
         let mut forgot = false;
         loop {
-            if let Some(mut travel) = self.cheapest(map, here.place, preference) {
+            if let Some(mut travel) = self.cheapest(map, from, |_, _| true) {
                 if forgot {
                     travel.look_first();
                 }
@@ -144,7 +165,7 @@ impl Explorer {
             }
             if self.reopen(map)? {
                 // What was in the way may have been a false echo, or somebody who has gone: see anew.
-                self.obstacles = Obstacles::new(self.options.obstacles);
+                self.obstacles.forget();
                 forgot = true;
             } else {
                 // What cannot be reached at all is no prediction any more.
@@ -192,15 +213,16 @@ impl Explorer {
         Ok(!blocked.is_empty())
     }
 
-    /// The journey to the predicted link that costs least, if one can be reached.
-    fn cheapest<S>(&self, map: &TopoMap<S>, from: PlaceId, preference: &dyn Fn(&Link) -> f64) -> Option<Travel> {
+    /// The journey to the predicted link that costs least, of those that `may` be gone to, by the way in metres to where they
+    /// begin.
+    fn cheapest<S>(&self, map: &TopoMap<S>, from: PlaceId, may: impl Fn(&Link, f64) -> bool) -> Option<Travel> {
         let distances = map.distances_from(from, Link::distance);
         let candidates = open_predictions(map).flat_map(|link| [(link, link.from), (link, link.to)]);
         let priced = candidates.filter_map(|(link, start)| {
-            let way = *distances.get(start.index())?;
+            let way = distances.get(start.index()).copied().filter(|way| way.is_finite() && may(link, *way))?;
             let again = SECOND_TRY * f64::from(self.tried.get(&link.id).copied().unwrap_or(0));
-            let price = way + link.distance() + self.penalty(map, link) + again + preference(link);
-            price.is_finite().then_some((price, link, start))
+            let price = way + link.distance() + self.penalty(map, link) + again;
+            Some((price, link, start))
         });
         // Equal prices go to the older link.
         let (_, link, start) =

@@ -1,7 +1,7 @@
 use local_grid::{Heading, Scan};
 use nalgebra::{Isometry2, Matrix2, Point2, Vector2};
 
-use crate::{Link, LinkId, PlaceId};
+use crate::{LinkId, PlaceId};
 
 /// What the robot has to tell after a command.
 pub struct Observation<'a, S> {
@@ -16,8 +16,6 @@ pub struct Observation<'a, S> {
     pub identity: Option<Identity<S>>,
     /// Where visited places lie, in metres, by the best coordinates there are.
     pub position: &'a dyn Fn(PlaceId) -> Option<Point2<f64>>,
-    /// By how many metres a predicted link seems farther away to the caller, who may want to finish one room first.
-    pub preference: &'a dyn Fn(&Link) -> f64,
 }
 
 impl<S: std::fmt::Debug> std::fmt::Debug for Observation<'_, S> {
@@ -35,7 +33,7 @@ impl<'a, S> Observation<'a, S> {
     /// An observation of nothing but where the robot believes to be; fill in the rest by struct update.
     #[must_use]
     pub fn at(track_from_robot: Isometry2<f64>, position: &'a dyn Fn(PlaceId) -> Option<Point2<f64>>) -> Self {
-        Self { track_from_robot, scans: &[], bumped: false, identity: None, position, preference: &|_| 0.0 }
+        Self { track_from_robot, scans: &[], bumped: false, identity: None, position }
     }
 }
 
@@ -93,6 +91,9 @@ pub enum Command {
         /// Whether an answer is needed; otherwise the robot is passing by, and [`Identity::Unsure`] costs nothing.
         thorough: bool,
     },
+    /// Observe again, where you are. Nothing predicted is left near the robot, and it is about to set out for something
+    /// farther: whoever knows of more here should [expect](crate::Explorer::expect) it now.
+    Leave,
     /// Nothing predicted is left: stop.
     Done,
 }

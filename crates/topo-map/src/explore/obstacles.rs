@@ -60,6 +60,8 @@ pub(super) struct Obstacles {
     window: WorkingGrid<Bayes>,
     /// Where the robot ran into something, the latest last.
     touched: VecDeque<Point2<f64>>,
+    /// Where its centre has been of late, the latest last.
+    trodden: VecDeque<Point2<f64>>,
     sonar: SonarCone,
     laser: LaserRay,
 }
@@ -68,6 +70,10 @@ pub(super) struct Obstacles {
 const WINDOW: WorkingGridOptions = WorkingGridOptions { size: 6.4, resolution: 0.1 };
 /// How many bumps are remembered.
 const REMEMBERED: usize = 32;
+/// The steps in which the robot's track is remembered, in metres...
+const STEP: f64 = 0.05;
+/// ...and how many of them: 6 m, over which dead reckoning tells where it was to about a cell.
+const TRACK: usize = 120;
 /// What a step through a cell costs beyond its length, where nothing is known of the cell.
 const UNKNOWN: f64 = 0.3;
 /// The same at an obstacle's very border, falling to nothing at the comfortable distance.
@@ -90,7 +96,8 @@ impl Obstacles {
             profile: AngularProfile::Parabola,
             ..SonarCone::default()
         };
-        Self { options, window, touched: VecDeque::new(), sonar, laser: LaserRay::default() }
+        let (touched, trodden) = (VecDeque::new(), VecDeque::new());
+        Self { options, window, touched, trodden, sonar, laser: LaserRay::default() }
     }
 
     /// Draws a scan taken where `track_from_robot` puts the robot.
@@ -114,8 +121,26 @@ impl Obstacles {
         self.window.integrate(&self.sonar, track_from_robot, &scan)
     }
 
+    /// All that was seen and touched is forgotten, but not where the robot has been.
+    pub(super) fn forget(&mut self) {
+        let trodden = std::mem::take(&mut self.trodden);
+        *self = Self { trodden, ..Self::new(self.options) };
+    }
+
+    /// The robot's centre is at `point`: so its body fits there, whatever the echoes of a narrow gap say, until it bumps.
+    pub(super) fn tread(&mut self, point: Point2<f64>) {
+        if self.trodden.back().is_none_or(|last| (last - point).norm() >= STEP) {
+            self.trodden.push_back(point);
+            if self.trodden.len() > TRACK {
+                self.trodden.pop_front();
+            }
+        }
+    }
+
     /// The robot touched something: `point` is an obstacle from now on, whatever the sensors say.
     pub(super) fn mark(&mut self, point: Point2<f64>) {
+        let body = self.options.radius + self.options.margin;
+        self.trodden.retain(|trodden| (trodden - point).norm() > body + STEP);
         self.touched.push_back(point);
         if self.touched.len() > REMEMBERED {
             self.touched.pop_front();
@@ -175,6 +200,10 @@ impl Field {
         }
         for (row, column) in obstacles.touched.iter().filter_map(|&point| frame.cell_at(point)) {
             inflate(&frame, row * frame.columns() + column, &options, &mut cost);
+        }
+        for (row, column) in obstacles.trodden.iter().filter_map(|&point| frame.cell_at(point)) {
+            let cost = &mut cost[row * frame.columns() + column];
+            *cost = cost.min(CLOSE);
         }
         let mut field = Self { frame, cost, from };
         field.allow_escape();
