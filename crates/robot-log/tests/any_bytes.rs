@@ -3,10 +3,12 @@
 use std::io::{Cursor, Write};
 
 use proptest::prelude::*;
+use robot_log::local_grid::Sweep;
 use robot_log::{CarmenOptions, Entry, EntryKind, Input, LogError, ReadOptions, RobotDescription, open_log};
 
 const CARMEN: &str = "PARAM sonar_max_range 4 n 0
 SONAR 0.4 2 1 2 0.1 0 0 0 0.1 1.57 1 h 1
+SWEEP 0.1 0 0.05 1.5 h 1
 FLASER 3 1 2 3 0 0 0 0 0 0 1.5 h 1
 IMU 0 0 9 1 0 0 0 0 0 0 0 0 0 2 h 2
 LOOP 1.5 0.75 2 h 2
@@ -33,8 +35,13 @@ fn is_finite(kind: &EntryKind) -> bool {
         |pose: &robot_log::local_grid::nalgebra::Isometry2<f64>| pose.to_homogeneous().iter().all(|x| x.is_finite());
     match kind {
         EntryKind::Odometry { odom_from_robot } => pose(odom_from_robot),
-        EntryKind::Scan { odom_from_robot, .. } => odom_from_robot.iter().all(pose),
-        EntryKind::Heading { heading, deviation } => heading.radians().is_finite() && deviation.is_finite(),
+        EntryKind::Scan { odom_from_robot, scan } => {
+            let moved = |sweep: &Sweep| sweep.step.iter().all(|x| x.is_finite()) && sweep.turn.is_finite();
+            odom_from_robot.iter().all(pose) && scan.sweep().is_none_or(moved)
+        }
+        EntryKind::Heading { heading, deviation } | EntryKind::Gyro { heading, deviation } => {
+            heading.radians().is_finite() && deviation.is_finite()
+        }
         EntryKind::Recognition { earlier, similarity } => earlier.is_finite() && similarity.is_finite(),
         EntryKind::Truth { map_from_robot } => pose(map_from_robot),
         _ => true,
