@@ -49,7 +49,7 @@ pub(super) struct Trial {
 /// The ways to say where the places are, from the least informed to the best.
 pub(super) const COLUMNS: [&str; 5] = ["odometry", "compass", "one sweep", "optimum", "fused"];
 /// The poses from which the gridmap is drawn.
-pub(super) const GRIDS: [&str; 4] = ["raw", "one sweep", "optimum", "true poses"];
+pub(super) const GRIDS: [&str; 5] = ["raw", "one sweep", "optimum", "fused", "true poses"];
 
 /// Mean and largest distance of the places from the truth, in metres.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
@@ -270,8 +270,9 @@ impl<'a> Evidence<'a> {
         let (raw, truth) = (along(&self.paths.odometry), along(&self.paths.truth));
         let fits = [swept, optimum].map(|positions| self.hung(positions));
         let [swept_scans, optimum_scans] = &fits;
+        let fused = self.scans(&self.mapper.poses());
         let mut scores = Vec::new();
-        for scans in [&raw, swept_scans, optimum_scans, &truth] {
+        for scans in [&raw, swept_scans, optimum_scans, &fused, &truth] {
             let (from, to): (Vec<_>, Vec<_>) = scans
                 .iter()
                 .filter_map(|(index, pose)| {
