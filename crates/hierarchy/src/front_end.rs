@@ -165,6 +165,7 @@ impl FrontEnd {
     pub(crate) fn held(&self) -> Held {
         match &self.tracker {
             _ if self.is_held_by_scans() => Held::Scans,
+            tracker if tracker.has_compass() && self.held_by_walls => Held::Walls, // which free it from its disturbance
             tracker if tracker.has_compass() => Held::Compass,
             tracker if tracker.has_gyro() => Held::Gyro,
             _ if self.held_by_walls => Held::Walls,
