@@ -64,6 +64,7 @@ impl std::fmt::Display for Verdict {
         match self {
             Self::Accepted { agreed, log_odds } => write!(f, "{agreed} views agree, log odds {log_odds:.1}"),
             Self::Contradicted { chi2 } => write!(f, "the map has the two {:.1} σ apart", chi2.sqrt()),
+            Self::NoAgreement { agreed: 1 } => write!(f, "no view before or after agreed"),
             Self::NoAgreement { agreed } => write!(f, "only {agreed} successive views agreed"),
             Self::Ambiguous { agreed } => {
                 write!(f, "{agreed} views agree, but with other places as well, or by chance")
