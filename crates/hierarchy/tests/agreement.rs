@@ -8,10 +8,11 @@ use hierarchy::evaluate::{
     Alignment, Delta, Pairing, RelationsOptions, TimedPath, absolute_error, read_relations, relations_error,
     relative_error,
 };
+use hierarchy::{Config, HeadingConfig, HeadingMode};
 use nalgebra::{Isometry2, Vector2};
 use robot_log::{CarmenOptions, CarmenReader, EntryKind};
 
-use crate::logs::shared;
+use crate::logs::{map, office_loop, shared};
 
 /// An ellipse, and a distorted, turned and moved version of every other pose of it, 4 ms late.
 fn paths() -> (TimedPath, TimedPath) {
@@ -94,4 +95,18 @@ fn the_raw_odometry_of_intel_misses_its_relations_by_what_is_known() {
     assert_relative_eq!(with.translation_mean_m, 7.3403, epsilon = 6e-5);
     let without = relations_error(&sparse, &relations, None, &options).all.unwrap();
     assert_relative_eq!(without.translation_mean_m, 7.3518, epsilon = 6e-5);
+}
+
+#[test]
+fn a_graph_for_other_programs_has_the_energy_of_the_map() {
+    // Links measured across turns, surer one way than the other: their covariance is to be turned with them.
+    let config = Config {
+        heading: HeadingConfig { source: HeadingMode::Odometry, ..HeadingConfig::default() },
+        ..Config::default()
+    };
+    let mapper = map(&office_loop(), config);
+    let problem = mapper.graph().pose_problem().unwrap();
+    let ours = mapper.metrics().unwrap().relaxation.energy_after;
+    assert!(ours > 1.0, "{ours}");
+    assert_relative_eq!(problem.graph.chi2(&problem.start), ours, max_relative = 1e-3);
 }

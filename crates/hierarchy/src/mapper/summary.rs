@@ -5,7 +5,7 @@ use topo_map::{Link, LinkOrigin, LinkState};
 
 use crate::atlas::{Atlas, AtlasLink, AtlasPlace};
 use crate::config::RelaxationPolicy;
-use crate::coordinates::problem::Problem;
+use crate::coordinates::problem::{Problem, pose_spring};
 use crate::mapper::{Mapper, MapperError};
 use crate::metrics::{LinkMetrics, LogMetrics, METRICS_SCHEMA, Metrics, RelaxationMetrics};
 
@@ -166,17 +166,14 @@ impl Mapper {
         }
         for link in map.links().iter().filter(|link| link.is_measured()) {
             let (from, to) = (u64::from(link.from.0), u64::from(link.to.0));
-            let vector = link.displacement.vector;
-            let Some(i) = link.displacement.covariance.try_inverse() else { continue };
-            let information = [i[(0, 0)], i[(0, 1)], i[(1, 1)]];
-            match link.displacement.turn {
-                Some(turn) => graph.pose_edges.push(PoseEdge {
-                    from,
-                    to,
-                    from_to: Pose::new(vector.x, vector.y, turn.change),
-                    information: [information[0], information[1], 0.0, information[2], 0.0, 1.0 / turn.variance],
-                }),
-                None => graph.point_edges.push(PointEdge { from, to, displacement: vector, information }),
+            if turns {
+                let spring = pose_spring(link);
+                let i = spring.information;
+                let information = [i.m11, i.m12, i.m13, i.m22, i.m23, i.m33];
+                graph.pose_edges.push(PoseEdge { from, to, from_to: spring.from_to, information });
+            } else if let Some(i) = link.displacement.covariance.try_inverse() {
+                let information = [i.m11, i.m12, i.m22];
+                graph.point_edges.push(PointEdge { from, to, displacement: link.displacement.vector, information });
             }
         }
         graph.fixed.extend(map.places().first().map(|place| u64::from(place.id.0)));
