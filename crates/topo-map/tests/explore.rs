@@ -22,22 +22,34 @@ struct Blind {
     map: TopoMap<()>,
     pose: Isometry2<f64>,
     identity: Option<Identity<()>>,
+    /// So many times more it is stopped where it would leave the half plane `x ≥ 2.5`.
+    stops: u32,
 }
 
 impl Blind {
     fn new(options: ExplorerOptions) -> Self {
         let explorer = Explorer::new(options).unwrap();
-        Self { explorer, map: TopoMap::new(), pose: Isometry2::identity(), identity: None }
+        Self { explorer, map: TopoMap::new(), pose: Isometry2::identity(), identity: None, stops: 0 }
     }
 
     /// Obeys until nothing is left, or nothing nearby.
     fn drive(&mut self) -> Command {
-        let nowhere = |_| None;
+        let (nowhere, mut bumped) = (|_| None, false);
         for _ in 0..1000 {
-            let observation = Observation { identity: self.identity.take(), ..Observation::at(self.pose, &nowhere) };
+            let identity = self.identity.take();
+            let observation = Observation { identity, bumped, ..Observation::at(self.pose, &nowhere) };
+            bumped = false;
             match self.explorer.observe(&mut self.map, observation).unwrap() {
                 Command::Turn { to } => self.pose.rotation = UnitComplex::new(to.radians()),
-                Command::Drive { distance } => self.pose *= Isometry2::translation(distance, 0.0),
+                Command::Drive { distance } => {
+                    let there = self.pose * Isometry2::translation(distance, 0.0);
+                    bumped = self.stops > 0 && there.translation.x < 2.5;
+                    if bumped {
+                        self.stops -= 1;
+                    } else {
+                        self.pose = there;
+                    }
+                }
                 Command::Identify { expected, .. } => self.identity = Some(self.identify(expected)),
                 end @ (Command::Leave | Command::Done) => return end,
                 Command::Look { .. } | Command::Fire { .. } => {}
@@ -85,5 +97,23 @@ fn a_neighbourhood_is_finished_before_the_robot_leaves_it() {
         }
         assert_eq!(robot.drive(), Command::Done);
         assert!((robot.pose.translation.vector - Vector2::new(0.0, 1.0)).norm() < 0.2, "{}", robot.pose);
+    }
+}
+
+#[test]
+fn a_robot_does_not_believe_that_the_way_by_which_it_came_is_shut() {
+    for (stops, is_out) in [(0, true), (30, true), (u32::MAX, false)] {
+        let mut robot = Blind::new(ExplorerOptions { neighbourhood: 0.0, ..ExplorerOptions::default() });
+        assert_eq!(robot.drive(), Command::Done);
+        let first = robot.here();
+        for _ in 0..3 {
+            robot.expect(robot.here(), (1.0, 0.0));
+            assert_eq!(robot.drive(), Command::Done);
+        }
+        robot.expect(first, (0.0, 1.0));
+        robot.stops = stops;
+        assert_eq!(robot.drive(), Command::Done, "it ends in any case");
+        let there = (robot.pose.translation.vector - Vector2::new(0.0, 1.0)).norm() < 0.3;
+        assert_eq!(there, is_out, "{stops} stops, {} left, at {}", robot.stops, robot.pose);
     }
 }

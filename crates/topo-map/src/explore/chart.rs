@@ -16,6 +16,8 @@ const SECOND_TRY: f64 = 20.0;
 /// So many times it is tried again before the robot leaves its neighbourhood; further tries wait until all else is done, when
 /// what was in the way may have gone.
 const AGAIN_AT_ONCE: u32 = 1;
+/// So many times in an exploration the robot does not believe that it is shut in.
+const SHUT_IN: u32 = 3;
 
 impl Explorer {
     /// Adds the openings around the robot to the map: predicted places, or predicted links to places that are known.
@@ -199,13 +201,19 @@ impl Explorer {
     }
 
     /// Opens the traveled links that were blocked, each only so many times: people go away, and echoes may be false.
+    ///
+    /// Where none is left to be opened the robot is shut in by ways that it has come. That cannot be, so their tries begin
+    /// anew, a few times in all.
     fn reopen<S>(&mut self, map: &mut TopoMap<S>) -> Result<bool, ExploreError> {
-        let blocked = map.links().iter().filter(|link| {
-            let tried = self.tried.get(&link.id).copied().unwrap_or(0);
-            let blocked = link.state == LinkState::Blocked && link.origin == LinkOrigin::Traveled;
-            blocked && tried < self.options.retries
-        });
-        let blocked: Vec<LinkId> = blocked.map(|link| link.id).collect();
+        let is_blocked = |link: &&Link| link.state == LinkState::Blocked && link.origin == LinkOrigin::Traveled;
+        let mut blocked: Vec<LinkId> = map.links().iter().filter(is_blocked).map(|link| link.id).collect();
+        let often = |link: &LinkId| self.tried.get(link).is_some_and(|tried| *tried >= self.options.retries);
+        if !blocked.is_empty() && blocked.iter().all(often) && self.shut_in < SHUT_IN {
+            self.shut_in += 1;
+            self.tried.retain(|link, _| !blocked.contains(link));
+        } else {
+            blocked.retain(|link| !often(link));
+        }
         for &link in &blocked {
             *self.tried.entry(link).or_insert(0) += 1;
             map.set_link_state(link, LinkState::Open)?;
