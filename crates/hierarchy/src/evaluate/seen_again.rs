@@ -9,7 +9,7 @@ use crate::trajectory::Sample;
 
 /// How far walls that are met again lie from where they were met before, without any truth.
 ///
-/// Of every echo: the distance to the nearest earlier one that is older than some way driven, at most [`FARTHEST`].
+/// Of every echo: the distance to the nearest earlier one that is older than some way driven, at most 1 m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SeenAgain {
     /// Echoes that fall near an old one, by the map or by raw odometry.
