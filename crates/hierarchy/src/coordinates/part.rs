@@ -6,7 +6,7 @@ use nalgebra::{Isometry2, Point2, Vector2};
 use relaxation::{Auto, Network, Pose, PoseGraph, PoseOptions, PoseSpring, Solver, Spring, descend};
 use topo_map::{Link, LinkId, PlaceId, TopoMap};
 
-use crate::coordinates::problem::{RelaxationError, pose_spring};
+use crate::coordinates::problem::{RelaxationError, pose_spring, spring};
 
 /// The surroundings of a change: places that may move, and those around them that hold still.
 ///
@@ -109,13 +109,12 @@ impl<'a> Part<'a> {
     fn solved(&self, springs: &[PoseSpring], before: &[Pose]) -> Result<Vec<Pose>, RelaxationError> {
         let node = |place: usize| if place < self.moving { place + 1 } else { 0 };
         let lies = |place: usize| if place < self.moving { Vector2::zeros() } else { before[place].translation() };
-        let spring = |(spring, link): (&PoseSpring, &&Link)| Spring {
-            from: node(spring.from),
-            to: node(spring.to),
-            rest: link.displacement.vector + lies(spring.from) - lies(spring.to),
-            covariance: link.displacement.covariance,
+        let moved = |(ends, link): (&PoseSpring, &&Link)| {
+            let measured = spring(link);
+            let rest = measured.rest + lies(ends.from) - lies(ends.to);
+            Spring { from: node(ends.from), to: node(ends.to), rest, ..measured }
         };
-        let network = Network::new(self.moving + 1, &springs.iter().zip(&self.links).map(spring).collect::<Vec<_>>())?;
+        let network = Network::new(self.moving + 1, &springs.iter().zip(&self.links).map(moved).collect::<Vec<_>>())?;
         let moving = before[..self.moving].iter().map(|pose| pose.translation().into());
         let start: Vec<Point2<f64>> = std::iter::once(Point2::origin()).chain(moving).collect();
         let mut after = before.to_vec();
