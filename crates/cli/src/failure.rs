@@ -220,6 +220,9 @@ impl From<robot_log::LogError> for Failure {
     }
 }
 
+/// What helps with a log of a format of its own.
+pub(crate) const DESCRIBE: &str = "describe the robot with --robot NAME or --robot FILE.toml";
+
 impl From<&robot_log::LogError> for Failure {
     fn from(error: &robot_log::LogError) -> Self {
         use robot_log::LogErrorKind;
@@ -231,8 +234,8 @@ impl From<&robot_log::LogError> for Failure {
         };
         let help = match &error.kind {
             kind if kind.is_local() => Some("use --lenient to leave faulty lines out; they are counted and reported"),
-            LogErrorKind::NeedsDescription | LogErrorKind::Foreign { .. } => {
-                Some("describe the robot with --robot NAME or --robot FILE.toml")
+            LogErrorKind::NeedsDescription | LogErrorKind::Foreign { .. } | LogErrorKind::Unread { .. } => {
+                Some(DESCRIBE)
             }
             LogErrorKind::Directory => Some("name the log file itself"),
             _ => None,

@@ -27,6 +27,15 @@ fn a_faulty_line_is_shown_with_its_place_and_a_way_out() {
 }
 
 #[test]
+fn a_format_that_nobody_knows_is_to_be_described_instead_of_left_out() {
+    let (_folder, log) = folder();
+    std::fs::write(&log, "o;1.0;0;0\nl;1.1;88/202\n").unwrap();
+    topogrid().arg("inspect").arg(&log).assert().code(3).stderr(contains("--robot").and(contains("--lenient").not()));
+    let lenient = topogrid().arg("inspect").arg(&log).arg("--lenient").assert().code(3);
+    lenient.stderr(contains("none of its 2 lines can be read").and(contains("--robot")));
+}
+
+#[test]
 fn what_cannot_be_read_is_rejected_with_3() {
     let (folder, log) = folder();
     topogrid().arg("inspect").arg(folder.path()).assert().code(3).stderr(contains("is a directory"));

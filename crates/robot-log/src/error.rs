@@ -53,6 +53,14 @@ pub enum LogErrorKind {
     /// Nothing in it.
     #[error("holds no entry of a robot's log")]
     Empty,
+    /// Lines, and none that can be read; a lenient reader left them all out.
+    #[error("none of its {lines} lines can be read; {first}")]
+    Unread {
+        /// How many lines were left out.
+        lines: u64,
+        /// What is wrong with the first of them, and where it stands.
+        first: String,
+    },
     /// Messages, and none that says anything of odometry, ranges or headings.
     #[error("holds no message of a robot's log, only `{messages}`; a table of numbers needs a robot description")]
     Foreign {
@@ -104,6 +112,7 @@ impl LogErrorKind {
             Self::Directory => "log.directory",
             Self::Gzip(_) => "log.gzip",
             Self::Empty => "log.empty",
+            Self::Unread { .. } => "log.unread",
             Self::Foreign { .. } => "log.foreign",
             Self::Binary => "log.binary",
             Self::LineTooLong { .. } => "log.line_too_long",

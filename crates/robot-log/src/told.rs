@@ -51,9 +51,17 @@ impl<R: BufRead, G: Grammar> Told<R, G> {
         let entry = self.told.pop_front();
         self.report.entries += u64::from(entry.is_some());
         if self.report.entries == 0 {
-            return Err(LogError::whole(self.lines.name(), self.grammar.nothing(&self.report)));
+            return Err(LogError::whole(self.lines.name(), self.nothing()));
         }
         Ok(entry)
+    }
+
+    /// Why not one entry was found.
+    fn nothing(&self) -> LogErrorKind {
+        match self.report.errors.first() {
+            Some(first) => LogErrorKind::Unread { lines: self.report.skipped_lines(), first: first.to_string() },
+            None => self.grammar.nothing(&self.report),
+        }
     }
 }
 

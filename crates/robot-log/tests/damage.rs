@@ -28,6 +28,14 @@ fn files_that_are_no_log_are_refused_by_what_they_are() {
 }
 
 #[test]
+fn a_log_of_which_no_line_can_be_read_is_refused_with_the_first_of_them() {
+    let log =
+        CarmenReader::new("x", &b"o;1;2\nl;3;4\n"[..], CarmenOptions { lenient: true, ..CarmenOptions::default() });
+    let error = log.unwrap().find_map(Result::err).expect("an error");
+    assert!(matches!(&error.kind, LogErrorKind::Unread { lines: 2, first } if first.contains("x:1:1")), "{error}");
+}
+
+#[test]
 fn a_directory_is_refused() {
     let folder = std::fs::File::open(env!("CARGO_MANIFEST_DIR")).unwrap();
     let error = CarmenReader::new("x", BufReader::new(folder), CarmenOptions::default()).unwrap_err();

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use robot_log::{CarmenOptions, Entry, Input, LogError, LogReader, LogReport, ReadOptions, open_log};
 
-use crate::failure::Failure;
+use crate::failure::{DESCRIBE, Failure};
 use crate::files;
 
 /// A log that is being read: how far, and, where something is wrong with it, what is wrong with all of it.
@@ -76,6 +76,7 @@ impl Files {
     fn refused(&self, error: &LogError) -> Failure {
         let failure = Failure::from(error);
         let Some(log) = self.looked_through().filter(|_| error.kind.is_local()) else { return failure };
+        let failure = if log.reports().all(|report| report.entries == 0) { failure.help(DESCRIBE) } else { failure };
         let mut kinds: BTreeMap<&'static str, u64> = BTreeMap::new();
         for (kind, count) in log.reports().flat_map(|report| &report.skipped) {
             *kinds.entry(kind).or_default() += count;
