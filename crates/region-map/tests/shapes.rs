@@ -44,6 +44,19 @@ fn a_corridor_ends_where_a_hall_begins() {
     }
 }
 
+/// So it does where one wall of the corridor runs on as a wall of the hall; but a niche beside a cupboard is no corridor.
+#[test]
+fn a_corridor_may_end_in_the_corner_of_a_hall() {
+    let plan = |length: f64| [([0.0, 0.0], [8.0, 8.0]), ([8.0, 0.0], [8.0 + length, 1.6])];
+    for turn in [0.0, 33_f64.to_radians()] {
+        let map = regions(&draw(&plan(8.0), 0.05, turn));
+        assert_eq!((map.regions.len(), map.gateways.len()), (2, 1));
+        let hall = map.regions.iter().find(|region| region.room > 0.5).expect("a hall");
+        assert_abs_diff_eq!(hall.area, 64.0, epsilon = 1.5);
+        assert_eq!(regions(&draw(&plan(2.4), 0.05, turn)).regions.len(), 1);
+    }
+}
+
 #[test]
 fn a_border_on_the_unexplored_is_a_frontier() {
     let free = draw(&[([0.0, 0.0], [5.0, 4.0])], 0.1, 0.0);
