@@ -121,8 +121,7 @@ pub(crate) fn feed(
 /// What has been found by now.
 fn so_far(mapper: &Mapper) -> String {
     let (map, closures) = (mapper.topology(), mapper.closures());
-    let refused =
-        closures.iter().filter(|closure| !matches!(closure.verdict, hierarchy::Verdict::Accepted { .. })).count();
+    let refused = closures.iter().filter(|closure| !closure.is_accepted()).count();
     format!(
         "{} entries, {} places, {} links, {} loops ({refused} refused)",
         mapper.tally().entries,

@@ -1,3 +1,4 @@
+mod beside;
 mod carry;
 pub(crate) mod growth;
 mod led;
@@ -190,6 +191,7 @@ impl Mapper {
         if self.config.relaxation.policy == RelaxationPolicy::Converge && !self.map.places().is_empty() {
             let relaxation = self.coordinates.relax(&self.map)?;
             events.push(relaxed(relaxation));
+            events.extend(self.link_beside()?);
         }
         self.let_building_hold(); // as a session that is read back will have it
         Ok(events)

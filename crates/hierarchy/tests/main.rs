@@ -4,6 +4,7 @@
 #![expect(clippy::cast_precision_loss, reason = "cells and metres are few")]
 
 mod agreement;
+mod beside;
 #[path = "../examples/blind_robot/drive.rs"]
 mod blind_robot;
 mod carried;

@@ -1,5 +1,5 @@
 use hierarchy::topo_map::{LinkOrigin, LinkState};
-use hierarchy::{Mapper, Sample, Verdict};
+use hierarchy::{Mapper, Sample};
 use local_grid::Reading;
 use nalgebra::{Isometry2, Point2};
 use serde::Serialize;
@@ -36,7 +36,7 @@ impl State {
         let poses = mapper.poses();
         let posed = || poses.iter().zip(samples);
         let links = map.links().iter().filter(|link| link.state != LinkState::Rejected);
-        let accepted = closures.iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. })).count();
+        let accepted = closures.iter().filter(|closure| closure.is_accepted()).count();
         let robot = mapper.map_from_robot();
         let at: Vec<_> = map.places().iter().map(|place| mapper.coordinates().map_from_place(place.id)).collect();
         Self {

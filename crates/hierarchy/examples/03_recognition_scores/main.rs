@@ -22,7 +22,7 @@ use std::time::Instant;
 use links::LinkErrors;
 
 use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
-use hierarchy::{Closure, Config, Mapper, Verdict};
+use hierarchy::{Closure, Config, Mapper};
 use nalgebra::{Isometry2, UnitComplex};
 use robot_log::{CarmenOptions, Clock, Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
 use simulator::{Drift, OdometryModel, carried};
@@ -145,7 +145,7 @@ impl Scores {
         let raw = error(&stamped(samples.iter().map(|sample| sample.odom_from_robot).collect()));
         let mapped = error(&stamped(mapper.poses()));
         let wrong = wrong_closures(&mapper, &truth);
-        let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
+        let accepted = mapper.closures().iter().filter(|closure| closure.is_accepted());
         Ok(Self {
             scans: samples.len(),
             places: mapper.topology().n_visited(),
@@ -175,7 +175,7 @@ fn wrong_closures(mapper: &Mapper, truth: &TimedPath) -> usize {
         let anchor = mapper.trajectory().anchors().iter().find(|anchor| anchor.place == place)?;
         Some(truth.at(anchor.stamp)? * anchor.place_from_robot.inverse())
     };
-    let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
+    let accepted = mapper.closures().iter().filter(|closure| closure.is_accepted());
     let wrong = |closure: &&Closure| {
         let Closure { place, known, displacement: measured, score, verdict, .. } = closure;
         let (Some(from), Some(to)) = (at(*place), at(*known)) else { return false };

@@ -3,7 +3,7 @@ use nalgebra::{Isometry2, Point2, Vector2};
 use super::path::TimedPath;
 use super::recognition::Recognition;
 use crate::mapper::Mapper;
-use crate::recognize::{Closure, Verdict};
+use crate::recognize::Closure;
 use crate::trajectory::Anchor;
 
 /// Places apart by less than this many spacings of travel are no revisits of each other.
@@ -34,7 +34,7 @@ pub fn recognition(mapper: &Mapper, truth: &TimedPath) -> Option<Recognition> {
         let off = place.inverse() * Point2::from(known.translation.vector) - closure.displacement.vector;
         Some(is_admitted(off.coords, closure, spacing))
     };
-    let accepted = mapper.closures().iter().filter(|closure| matches!(closure.verdict, Verdict::Accepted { .. }));
+    let accepted = mapper.closures().iter().filter(|closure| closure.is_accepted());
     let judged: Vec<(&Closure, bool)> = accepted.filter_map(|closure| Some((closure, is_right(closure)?))).collect();
     let is_revisit = |index: usize| {
         let (anchor, pose) = &visits[index];

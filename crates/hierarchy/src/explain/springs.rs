@@ -3,7 +3,7 @@ use relaxation::{Covariance, Network, Spring};
 use topo_map::{Displacement, LinkId, PlaceId};
 
 use crate::mapper::{Mapper, MapperError};
-use crate::recognize::{Closure, Verdict};
+use crate::recognize::Closure;
 
 /// The measured links in the map's axes, with what the relaxed map says of each of them and of every loop that was weighed.
 pub(super) struct Springs {
@@ -120,7 +120,7 @@ fn seen_from(map_from_place: &Isometry2<f64>, claim: &Displacement) -> (Vector2<
 }
 
 pub(super) fn is_refused(closure: &Closure) -> bool {
-    !matches!(closure.verdict, Verdict::Accepted { .. })
+    !closure.is_accepted()
 }
 
 fn position(mapper: &Mapper, place: PlaceId) -> Point2<f64> {

@@ -28,6 +28,11 @@ pub enum Verdict {
         /// Logarithm of the odds.
         log_odds: f64,
     },
+    /// The finished map has the two beside each other, and the laser scans of the one fit the walls seen from the other.
+    Beside {
+        /// How well they fit, in `[0, 1]`.
+        score: f64,
+    },
     /// A proposal of the robot's own recogniser that the map which explains most of them contradicts.
     Contradicted {
         /// The squared distance at which that map has the two moments, in σ of "the same spot".
@@ -55,7 +60,7 @@ impl Closure {
     /// Whether it is believed.
     #[must_use]
     pub fn is_accepted(&self) -> bool {
-        matches!(self.verdict, Verdict::Accepted { .. })
+        matches!(self.verdict, Verdict::Accepted { .. } | Verdict::Beside { .. })
     }
 }
 
@@ -63,6 +68,7 @@ impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Accepted { agreed, log_odds } => write!(f, "{agreed} views agree, log odds {log_odds:.1}"),
+            Self::Beside { score } => write!(f, "beside each other in the map, and scans fit with {score:.2}"),
             Self::Contradicted { chi2 } => write!(f, "the map has the two {:.1} σ apart", chi2.sqrt()),
             Self::NoAgreement { agreed: 1 } => write!(f, "no view before or after agreed"),
             Self::NoAgreement { agreed } => write!(f, "only {agreed} successive views agreed"),

@@ -30,6 +30,8 @@ const SCANS_OF_VIEW: usize = 3;
 const ECHOES: std::ops::RangeInclusive<usize> = 60..=400;
 /// A fit below this score, of 1, is none: half of the echoes have no wall.
 const LEAST_SCORE: f64 = 0.5;
+/// The same where nothing else says that the two see the same walls.
+const SURE_SCORE: f64 = 0.75;
 /// 99.9 % of χ² with three degrees of freedom, as a deviation: how far the scans may lead from what the signatures say.
 const FARTHEST: f64 = 4.03;
 /// The least deviations of such a measurement, in metres and radians: walls are not straight, paths between scans not exact.
@@ -50,14 +52,8 @@ const AS_WELL: f64 = 0.02;
 /// better where the coordinates have the place already (`expected`: the known place as seen from the other). Then that is
 /// what they measure.
 pub(crate) fn by_walls(trajectory: &Trajectory, closure: &Closure, expected: &Isometry2<f64>) -> Verification {
-    let (Some(place), Some(known)) = (anchor(trajectory, closure.place), anchor(trajectory, closure.known)) else {
-        return Verification::Silent;
-    };
-    let (Some(walls), view) = (walls(trajectory, known), view(trajectory, place)) else { return Verification::Silent };
-    if view.len() < *ECHOES.start() {
-        return Verification::Silent;
-    }
-    let (view, prior) = (thinned(&view, *ECHOES.end()), prior(&closure.displacement));
+    let Some((walls, view)) = seen(trajectory, closure.place, closure.known) else { return Verification::Silent };
+    let prior = prior(&closure.displacement);
     let fit = |prior: &Prior| refine(&walls, &view, prior, &MatchOptions::default());
     let unmoved = Prior { map_from_robot: expected.inverse(), ..prior };
     let apart = prior.map_from_robot.inv_mul(&unmoved.map_from_robot);
@@ -70,11 +66,42 @@ pub(crate) fn by_walls(trajectory: &Trajectory, closure: &Closure, expected: &Is
     if found.score < LEAST_SCORE || prior.deviation(&found.map_from_robot) > FARTHEST {
         return Verification::Refuted(found.score);
     }
-    let information = found.covariance.try_inverse().map(|information| information + said(&prior, &found));
+    let information = told(&found).try_inverse().map(|information| information + said(&prior, &found));
     let covariance = information.and_then(|information| information.try_inverse());
     covariance.map_or(Verification::Silent, |covariance| {
         Verification::Borne(displacement(&found.map_from_robot, &covariance, closure.displacement.turn.is_some()))
     })
+}
+
+/// How two places lie to each other that the coordinates have beside each other: where the scans of `place` fit the walls seen
+/// from `known`, and how well; `None` where they do not, or saw too little.
+///
+/// `expected` is the known place as seen from the other, surely enough that the walls of one place are in the reach of the
+/// other's: to `variance` (m², rad²), which decides whether a fit is where it can be but has no part in what is measured. The
+/// coordinates' word is in the map already.
+pub(crate) fn beside(
+    trajectory: &Trajectory,
+    (place, known): (PlaceId, PlaceId),
+    expected: &Isometry2<f64>,
+    variance: (f64, f64),
+    turns: bool,
+) -> Option<(Displacement, f64)> {
+    let (walls, view) = seen(trajectory, place, known)?;
+    let (position, turn) = (variance.0 + FLOOR.0.powi(2), variance.1 + FLOOR.1.powi(2));
+    let information = Matrix3::from_diagonal(&[1.0 / position, 1.0 / position, 1.0 / turn].into());
+    let prior = Prior { map_from_robot: expected.inverse(), information };
+    let found = refine(&walls, &view, &prior, &MatchOptions::default());
+    let fits = found.score >= SURE_SCORE && prior.deviation(&found.map_from_robot) <= FARTHEST;
+    fits.then(|| (displacement(&found.map_from_robot, &told(&found), turns), found.score))
+}
+
+/// The walls seen from the known place, and the echoes of the other's view.
+fn seen(trajectory: &Trajectory, place: PlaceId, known: PlaceId) -> Option<(LocalMap, Vec<Echo>)> {
+    let view = view(trajectory, anchor(trajectory, place)?);
+    if view.len() < *ECHOES.start() {
+        return None;
+    }
+    Some((walls(trajectory, anchor(trajectory, known)?)?, thinned(&view, *ECHOES.end())))
 }
 
 /// The anchor of a place where the robot came there: each is visited once, whatever it is recognised as.
@@ -135,6 +162,14 @@ fn prior(displacement: &Displacement) -> Prior {
     }
     let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
     Prior { map_from_robot: known_from_place, information }
+}
+
+/// The covariance of what scans measure: along an axis of which the walls say nothing, that of a guess.
+fn told(found: &Match) -> Matrix3<f64> {
+    let mut covariance = found.covariance;
+    let mut position = covariance.fixed_view_mut::<2, 2>(0, 0);
+    position += found.ambiguity.unknown() * A_GUESS.powi(2);
+    covariance
 }
 
 /// What the signatures' word adds to that of the scans: nothing along an axis that the scans, which see farther, call a guess.

@@ -257,6 +257,7 @@ fn stored_closure(closure: &Closure) -> StoredClosure {
         Verdict::WallsDiffer { score } => (2, 0, score),
         Verdict::Contradicted { chi2 } => (3, 0, chi2),
         Verdict::Ambiguous { agreed } => (4, agreed, 0.0),
+        Verdict::Beside { score } => (5, 0, score),
     };
     StoredClosure {
         place: closure.place.0,
@@ -278,6 +279,7 @@ fn restored_closure(closure: &StoredClosure) -> Result<Closure, SessionError> {
         2 => Verdict::WallsDiffer { score: figure },
         3 => Verdict::Contradicted { chi2: figure },
         4 => Verdict::Ambiguous { agreed },
+        5 => Verdict::Beside { score: figure },
         other => return Err(contradiction(format!("a closure with verdict {other}"))),
     };
     Ok(Closure {
