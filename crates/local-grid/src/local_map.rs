@@ -95,12 +95,34 @@ impl LocalMap {
     /// A pose that is not finite, or so far from the rest that the map's index would not fit into memory; then nothing
     /// is drawn.
     pub fn insert(&mut self, map_from_robot: &Isometry2<f64>, scan: &Scan) -> Result<(), LocalMapError> {
+        let mut changed = Vec::new();
+        self.for_each_ray(map_from_robot, scan, |map, start, end| map.draw(start, end, &mut changed))?;
+        self.mend(changed);
+        Ok(())
+    }
+
+    /// Draws the echoes of a scan alone; what lies before them stays unknown. Less than half of the work of
+    /// [`LocalMap::insert`], for a map of few scans that other scans are fitted to: there nothing has had the time to go away.
+    ///
+    /// # Errors
+    ///
+    /// As [`LocalMap::insert`].
+    pub fn insert_echoes(&mut self, map_from_robot: &Isometry2<f64>, scan: &Scan) -> Result<(), LocalMapError> {
+        self.for_each_ray(map_from_robot, scan, |map, _, end| map.hit(end))
+    }
+
+    /// Visits the echoes of a scan that are near enough to be drawn: where their rays start and end.
+    fn for_each_ray(
+        &mut self,
+        map_from_robot: &Isometry2<f64>,
+        scan: &Scan,
+        mut visit: impl FnMut(&mut Self, Vector2<f64>, Vector2<f64>),
+    ) -> Result<(), LocalMapError> {
         let at = map_from_robot.translation.vector;
         let reach = self.options.max_range.min(scan.sensor().max_range());
         if !self.patches.cover(self.cell(at - Vector2::repeat(reach)), self.cell(at + Vector2::repeat(reach))) {
             return Err(LocalMapError::TooFar { x: at.x, y: at.y });
         }
-        let mut changed = Vec::new();
         for beam in scan.beams() {
             let Reading::Echo(range) = beam.reading else { continue };
             let range = f64::from(range);
@@ -110,14 +132,23 @@ impl LocalMap {
             let map_from_sensor = map_from_robot * beam.robot_from_sensor;
             let start = map_from_sensor.translation.vector;
             let end = start + map_from_sensor.rotation * Vector2::new(range, 0.0);
-            self.draw(start, end, &mut changed);
+            visit(self, start, end);
         }
-        self.mend(changed);
         Ok(())
     }
 
     fn cell(&self, point: Vector2<f64>) -> Option<(i32, i32)> {
         patch::cell_of(point / self.options.resolution)
+    }
+
+    /// Counts a hit in the cell of `end`.
+    fn hit(&mut self, end: Vector2<f64>) {
+        let Some(cell) = self.cell(end) else { return };
+        let Some((cells, index)) = self.patches.at_mut(cell) else { return };
+        cells.hits[index] = cells.hits[index].saturating_add(1);
+        if cells.distance[index] > 0.0 && cells.is_wall(index, self.options.wall_share) {
+            self.disc.lower(&mut self.patches, cell);
+        }
     }
 
     /// Counts misses from `start` up to the cell of `end`, and a hit there.

@@ -177,6 +177,24 @@ fn moved_furniture_leaves_the_field() {
 }
 
 #[test]
+fn echoes_alone_are_walls_before_which_nothing_is_known() {
+    let (world, at) = (flat(), pose(0.5, -0.7, 17.0));
+    let (whole, mut alone) = (mapped(&world, &[at]), LocalMap::new(LocalMapOptions::default()).unwrap());
+    alone.insert_echoes(&at, &scan(&world, &at)).unwrap();
+    let beside = Point2::new(0.8, -0.7);
+    assert!(whole.is_known(beside) && !alone.is_known(beside));
+    for wall in whole.walls() {
+        assert!(alone.distance(wall).0 < 0.01);
+    }
+    let near = pose(0.1, -0.1, 3.0);
+    let found = refine(&alone, &echoes(&scan(&world, &at)), &Prior::start(at * near), &MatchOptions::default());
+    let error = at.inv_mul(&found.map_from_robot);
+    assert!(error.translation.vector.norm() < 0.03 && error.rotation.angle().abs() < 0.01, "{found:?}");
+    let nowhere = Isometry2::translation(f64::NAN, 0.0);
+    assert!(matches!(alone.insert_echoes(&nowhere, &scan(&world, &at)), Err(LocalMapError::TooFar { .. })));
+}
+
+#[test]
 fn the_map_as_grid_tells_walls_from_space() {
     let map = mapped(&flat(), &[pose(0.0, 0.0, 0.0)]);
     let grid = map.to_grid().unwrap();

@@ -20,8 +20,8 @@ pub(crate) enum Verification {
 
 /// The walls of a place are those seen within so many metres of driving.
 const WALLS_WITHIN: f64 = 1.5;
-/// Scans that draw them, at most.
-const SCANS_OF_WALLS: usize = 10;
+/// Scans that draw them, at most: half a metre apart. More of them blur the walls by the errors between them.
+const SCANS_OF_WALLS: usize = 6;
 /// The view of the other place is that within so many metres of driving.
 const VIEW_WITHIN: f64 = 0.4;
 /// Scans of the view, at most.
@@ -130,7 +130,7 @@ fn walls(trajectory: &Trajectory, anchor: &Anchor) -> Option<LocalMap> {
             Some(map) => map,
             None => map.insert(LocalMap::new(LocalMapOptions::default()).ok()?),
         };
-        map.insert(&pose, &sample.scan).ok()?;
+        map.insert_echoes(&pose, &sample.scan).ok()?;
     }
     map
 }
