@@ -1,7 +1,7 @@
 //! A map is stored with the name of a room, read back, and goes on with more log.
 //!
-//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v5` makes the stored session that the tests read
-//! for ever, `v5.hmap`, and what it holds, `v5.csv`.
+//! `cargo run -p hierarchy --example 02_stored_session -- fixtures/sessions/v6` makes the stored session that the tests read
+//! for ever, `v6.hmap`, and what it holds, `v6.csv`.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 use std::fs::File;

@@ -123,6 +123,10 @@ struct Bearing {
 
 /// 95 % of the χ² distribution with two degrees of freedom.
 const CONTRADICTED: f64 = 5.99;
+/// 99.9 % of the same: by so much a way gone again differs from what it was only if the robot is not where it believes.
+const ELSEWHERE: f64 = 13.8;
+/// The standard deviation, in metres, of where a robot is that has just found itself elsewhere: half the spacing of places.
+const LOST: f64 = 0.5;
 /// The standard deviation, in metres, from which on a measured displacement says less than the map.
 const ANYWHERE: f64 = 1.0;
 /// How much of every new reading counts: a reading is noisy, and the needle's disturbance changes within a metre.
@@ -405,7 +409,7 @@ impl Exploration {
 
     /// Turns the map to what is known of the building's direction by now.
     fn follow_building(&mut self) -> Result<(), ExplorationError> {
-        let Some(turn) = self.building.learn(self.mapper.building()) else { return Ok(()) };
+        let Some(turn) = self.mapper.building().and_then(|now| self.building.learn(&now)) else { return Ok(()) };
         let (map, _, trajectory) = self.mapper.charted();
         map.turn(turn);
         trajectory.turn_at_places(turn);
@@ -443,6 +447,12 @@ impl Exploration {
         {
             identity = Identity::Unsure;
         }
+        if self.is_elsewhere(&identity) {
+            identity = Identity::Unsure;
+            if let Some(last) = &mut self.last {
+                last.covariance += Matrix2::identity() * LOST.powi(2);
+            }
+        }
         if let Identity::Known { place, offset, covariance, .. } = identity {
             self.stand_at(place, offset, covariance);
         }
@@ -450,5 +460,19 @@ impl Exploration {
             self.survey.clear(); // a place is described once
         }
         Ok(identity)
+    }
+
+    /// Whether the way to a place that was recognised is another one than it was when the robot went there before: then it was
+    /// not where it believed to be, or is not there now.
+    fn is_elsewhere(&self, identity: &Identity<Arc<Signature>>) -> bool {
+        let Identity::Known { place, offset, seen: Some(seen), .. } = identity else { return false };
+        let Some(last) = self.last.as_ref().filter(|last| last.place != *place) else { return false };
+        let at = Point2::from(self.mapper.track_from_robot().translation.vector);
+        let driven = self.mapper.tracker().travelled() - last.travelled;
+        let covariance = last.uncertainty(at, driven, &self.explorer.options().dead_reckoning) + seen;
+        let measured = Displacement { vector: at - offset - last.center, covariance, turn: None };
+        let links = self.mapper.topology().links_between(last.place, *place);
+        let gone = links.into_iter().filter(|link| link.origin == LinkOrigin::Traveled);
+        gone.into_iter().any(|link| link.displacement_from(last.place).disagreement(&measured) > ELSEWHERE)
     }
 }

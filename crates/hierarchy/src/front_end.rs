@@ -12,6 +12,7 @@ use crate::HeadingMode;
 use crate::config::Config;
 use crate::front_end::laser::{LaserTrack, tells_a_pose};
 use crate::front_end::tracker::Tracker;
+pub(crate) use crate::front_end::wall_heading::Direction;
 use crate::front_end::wall_heading::{Sight, WallHeading, WallMemory};
 use crate::recognize::reach::Held;
 use crate::trajectory::Sample;
@@ -173,8 +174,8 @@ impl FrontEnd {
         }
     }
 
-    /// The direction of the building that holds the heading beside a compass; see [`WallHeading::building`].
-    pub(crate) fn building(&self) -> Option<(f64, u32)> {
+    /// What walls have taught of the building's direction beside a compass; see [`WallHeading::building`].
+    pub(crate) fn building(&self) -> Option<Direction> {
         self.walls.building().filter(|_| self.tracker.has_compass())
     }
 

@@ -17,6 +17,7 @@ mod v2;
 mod v3;
 mod v4;
 mod v5;
+mod v6;
 
 use std::io::{Read, Write};
 
@@ -25,7 +26,7 @@ use serde::de::DeserializeOwned;
 use crate::mapper::{Mapper, MapperError};
 
 const MAGIC: &[u8; 4] = b"HMAP";
-const VERSION: u16 = 5;
+const VERSION: u16 = 6;
 const HEADER: usize = 18;
 /// No session is read that claims to be larger: 4 GiB hold about a million scans of 1,000 beams.
 const LIMIT: usize = 4 << 30;
@@ -91,9 +92,9 @@ impl Mapper {
     /// Never: plain structs of numbers always encode.
     pub fn save(&self, out: &mut impl Write) -> Result<(), SessionError> {
         let session = if self.trajectory().samples().is_empty() {
-            v5::Session::of(&Self::new(self.config().clone())?) // what waits for a first scan is read once more
+            v6::Session::of(&Self::new(self.config().clone())?) // what waits for a first scan is read once more
         } else {
-            v5::Session::of(self)
+            v6::Session::of(self)
         };
         let payload =
             bincode::serde::encode_to_vec(session, configuration()).expect("plain structs of numbers always encode");
@@ -113,11 +114,12 @@ impl Mapper {
     pub fn load(from: &mut impl Read) -> Result<Self, SessionError> {
         let (version, payload) = payload(from)?;
         let session = match version {
-            1 => v3::Session::from(v2::Session::from(decode::<v1::Session>(&payload)?)).into(),
-            2 => v3::Session::from(decode::<v2::Session>(&payload)?).into(),
-            3 => decode::<v3::Session>(&payload)?.into(),
-            4 => decode::<v4::Session>(&payload)?.into(),
-            _ => decode::<v5::Session>(&payload)?,
+            1 => v5::Session::from(v3::Session::from(v2::Session::from(decode::<v1::Session>(&payload)?))).into(),
+            2 => v5::Session::from(v3::Session::from(decode::<v2::Session>(&payload)?)).into(),
+            3 => v5::Session::from(decode::<v3::Session>(&payload)?).into(),
+            4 => v5::Session::from(decode::<v4::Session>(&payload)?).into(),
+            5 => decode::<v5::Session>(&payload)?.into(),
+            _ => decode::<v6::Session>(&payload)?,
         };
         session.restore()
     }

@@ -27,7 +27,7 @@ pub(super) struct Known {
 
 impl Known {
     /// How surely the robot is known, seen from this place, when it has come `to` somewhere and `driven` so far.
-    fn uncertainty(&self, to: Point2<f64>, driven: f64, model: &DeadReckoning) -> Matrix2<f64> {
+    pub(super) fn uncertainty(&self, to: Point2<f64>, driven: f64, model: &DeadReckoning) -> Matrix2<f64> {
         self.covariance + model.covariance(to - self.at, driven)
     }
 }

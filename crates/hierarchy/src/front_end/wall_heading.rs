@@ -4,7 +4,7 @@ use nalgebra::Isometry2;
 use robot_log::local_grid::{FollowedWall, Heading, Scan, WallRun, WallRunOptions, WallRuns};
 
 use crate::config::Config;
-pub(crate) use belief::{Belief, Needle};
+pub(crate) use belief::{Belief, Needle, Scatter};
 
 /// Holds a heading by the walls along which the robot drives: a Kalman filter over
 ///
@@ -20,8 +20,8 @@ pub(crate) use belief::{Belief, Needle};
 /// they hold a heading that is right on the whole and true along every wall.
 ///
 /// Not every wall runs with the building. A wall at an angle `ν` from where it is expected counts by the probability that
-/// it does, against one that stands at any angle (*probabilistic data association*, Bar-Shalom & Tse 1975). The first
-/// walls only teach, and where walls keep contradicting each other the building has no direction and holds nothing.
+/// it does, against one that stands at any angle (*probabilistic data association*, Bar-Shalom & Tse 1975); and how true
+/// walls run here is learnt ([`Scatter`]). The first walls only teach, and where walls keep contradicting each other the building has no direction and holds nothing.
 #[derive(Debug)]
 pub(crate) struct WallHeading {
     noise: Noise,
@@ -60,11 +60,18 @@ pub(crate) struct Sight {
     pub(crate) variance: f64,
 }
 
+/// The direction of a building's walls, modulo 90°.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Direction {
+    pub(crate) radians: f64,
+    /// How many walls have taught it since it was begun with, perhaps anew.
+    pub(crate) walls: u32,
+    /// Whether it holds the heading.
+    pub(crate) holds: bool,
+}
+
 /// The length of wall, in metres, that says something beside a compass: its disturbance changes within a metre or two.
 const BESIDE_COMPASS: f64 = 1.2;
-/// How true the walls of a building run, as a standard deviation in radians: frames, pilasters, what stands along them.
-/// (Of 1,342 walls of 1.2 m in four simulated drives two thirds stood within 1.3 of their own deviations and half of this.)
-const TRUE_TO: f64 = 0.03;
 
 impl WallHeading {
     pub(crate) fn new(config: &Config) -> Self {
@@ -94,10 +101,10 @@ impl WallHeading {
         WallMemory { followed: runs.followed().to_vec(), last: *last, belief: belief.clone(), told: *told }
     }
 
-    /// The direction of the building's walls that holds the heading, modulo 90°, and how many walls have taught it; `None`
-    /// while they do not.
-    pub(crate) fn building(&self) -> Option<(f64, u32)> {
-        self.belief.building.filter(|_| self.belief.holds()).map(|building| (building, self.belief.walls))
+    /// What is known of the direction of the building's walls; `None` before the first of them.
+    pub(crate) fn building(&self) -> Option<Direction> {
+        let Belief { building, walls, .. } = self.belief;
+        building.map(|radians| Direction { radians, walls, holds: self.belief.holds() })
     }
 
     /// Follows the robot's raw odometry to where it hears a scan; what the walls say, if they say anything.
@@ -138,9 +145,9 @@ impl WallHeading {
         self.told = self.belief.turned;
     }
 
-    /// The wall was seen half of its length ago, in the mean.
+    /// The variance of a wall's direction as it was measured; it was seen half of its length ago, in the mean.
     fn variance_of(&self, wall: &WallRun) -> f64 {
-        wall.sigma.powi(2) + TRUE_TO.powi(2) + 0.5 * wall.length * self.noise.per_metre
+        wall.sigma.powi(2) + 0.5 * wall.length * self.noise.per_metre
     }
 }
 

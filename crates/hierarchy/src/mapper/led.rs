@@ -9,8 +9,8 @@ use topo_map::{PlaceId, TopoMap};
 
 use super::{Mapper, MapperError, first_since};
 use crate::coordinates::Coordinates;
-use crate::front_end::Sensed;
 use crate::front_end::tracker::Tracker;
+use crate::front_end::{Direction, Sensed};
 use crate::recognize::{Closure, Sensing};
 use crate::trajectory::Trajectory;
 
@@ -51,8 +51,8 @@ impl Mapper {
         self.recognizer.consider(&self.map, &self.coordinates, place, Sensing::Specular, self.front_end.held())
     }
 
-    /// The direction of the building that holds the heading, modulo 90°, and how many walls have taught it.
-    pub(crate) fn building(&self) -> Option<(f64, u32)> {
+    /// What walls have taught of the building's direction beside a compass.
+    pub(crate) fn building(&self) -> Option<Direction> {
         self.front_end.building()
     }
 

@@ -6,7 +6,7 @@ use super::records::{Pose, isometry, pose};
 use super::v2::contradiction;
 use super::{SessionError, v3};
 use crate::front_end::KnownWalls;
-use crate::front_end::wall_heading::{Belief, Needle, WallMemory};
+use crate::front_end::wall_heading::{Belief, Needle, Scatter, WallMemory};
 use crate::mapper::{Mapper, Restored};
 
 /// Version 4 of a session: what version 3 holds, the walls along which the robot drives with what they and a compass have
@@ -134,7 +134,7 @@ impl StoredWall {
 
 impl From<&Belief> for StoredBelief {
     fn from(belief: &Belief) -> Self {
-        let Belief { turned, building, drift, covariance, needle, walls, agreement } = belief;
+        let Belief { turned, building, drift, covariance, needle, walls, agreement, .. } = belief;
         let mut numbers = [0.0; 9];
         numbers.copy_from_slice(covariance.as_slice());
         Self {
@@ -166,6 +166,7 @@ impl StoredBelief {
             needle: needle.map(|[driven, memory]| Needle { driven, memory }),
             walls,
             agreement,
+            scatter: Scatter::default(),
         })
     }
 }

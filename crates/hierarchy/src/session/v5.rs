@@ -42,12 +42,12 @@ impl Session {
         Self { session: v4::Session::of(mapper), gyro: mapper.gyro_beside_wheels().as_ref().map(StoredGyro::from) }
     }
 
-    /// Checks everything that a map relies on, and builds it.
-    pub(super) fn restore(self) -> Result<Mapper, SessionError> {
+    /// Checks everything that a map relies on.
+    pub(super) fn restore(self) -> Result<Restored, SessionError> {
         let restored = self.session.restore()?;
         let gyro = self.gyro.map(StoredGyro::restored).transpose()?.unwrap_or_default();
         let tracker = restored.tracker.with_gyro_beside_wheels(gyro);
-        Ok(Mapper::restored(Restored { tracker, ..restored })?)
+        Ok(Restored { tracker, ..restored })
     }
 }
 

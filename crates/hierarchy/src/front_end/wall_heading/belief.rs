@@ -1,5 +1,9 @@
+mod scatter;
+
 use nalgebra::{Matrix3, Vector3};
 use robot_log::local_grid::WallRun;
+
+pub(crate) use scatter::Scatter;
 
 /// What walls, wheels and compass have taught of a heading: the state of the filter that [`super::WallHeading`] describes.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +20,7 @@ pub(crate) struct Belief {
     pub(crate) walls: u32,
     /// Running mean of how probably walls run with the building.
     pub(crate) agreement: f64,
+    pub(crate) scatter: Scatter,
 }
 
 /// What is known of a compass that speaks beside the walls.
@@ -51,6 +56,7 @@ impl Belief {
             needle: None,
             walls: 0,
             agreement: 1.0,
+            scatter: Scatter::default(),
         }
     }
 
@@ -88,18 +94,20 @@ impl Belief {
         }
     }
 
-    /// A wall was followed, whose direction has this variance.
+    /// A wall was followed, whose direction was measured with this variance.
     pub(super) fn see(&mut self, wall: &WallRun, variance: f64) {
         let Some(building) = self.building else { return self.begin(wall, variance) };
         let off = wall.turn_to(building - wall.marked);
         let observed = Vector3::new(1.0, -1.0, 0.0);
-        let belongs = belongs(off, (observed.transpose() * self.covariance * observed)[0] + variance);
+        let spread = (observed.transpose() * self.covariance * observed)[0] + variance;
+        let spread = spread + self.scatter.learn(off, spread);
+        let belongs = belongs(off, spread);
         self.agreement += RECENT * (belongs - self.agreement);
         self.walls += 1;
         if self.agreement < DISAGREEMENT {
             return self.begin(wall, variance);
         }
-        self.update(observed, off, variance, belongs);
+        self.update(observed, off, variance + self.scatter.variance(), belongs);
     }
 
     /// A step of the filter: `off` is by how much `observed`·(b, θ) is seen to be larger; it counts by a `share`.
@@ -119,6 +127,7 @@ impl Belief {
         if self.needle.is_none() {
             self.covariance = Matrix3::zeros();
         }
+        let variance = variance + self.scatter.variance();
         // θ = b + the wall's angle against the odometry.
         let own = self.covariance.row(0).into_owned();
         self.covariance.set_row(1, &own);
