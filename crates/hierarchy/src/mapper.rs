@@ -243,7 +243,8 @@ impl Mapper {
             return if self.may_start() { self.start(stamp) } else { Ok(events) };
         };
         let place_from_robot = anchor.place_from_robot * anchor.track_from_robot.inverse() * self.track_from_robot();
-        if place_from_robot.translation.vector.norm() < self.config.places.spacing_m {
+        let is_far = place_from_robot.translation.vector.norm() >= self.config.places.spacing_m;
+        if !is_far || self.watch.is_in_question() {
             return Ok(events);
         }
         events.extend(self.complete_place()?);
@@ -400,14 +401,15 @@ impl Mapper {
     /// It is only asked where a closure is under suspicion by its misfit.
     fn revoke(&mut self, misfits: &[(LinkId, f64)]) -> Result<Vec<Event>, MapperError> {
         let recognized = |id| self.map.link(id).is_some_and(|link| link.origin == LinkOrigin::Recognized);
-        if !misfits.iter().any(|(id, chi2)| *chi2 > SUSPICIOUS && recognized(*id)) {
+        let suspicious = SUSPICIOUS[usize::from(!self.front_end.tracker.has_compass())];
+        if !misfits.iter().any(|(id, chi2)| *chi2 > suspicious && recognized(*id)) {
             return Ok(Vec::new());
         }
         let problem = self.coordinates.problem(&self.map)?;
         let measured: Vec<&Link> = self.map.links().iter().filter(|link| link.is_measured()).collect();
         let residuals = problem.residuals(&self.coordinates.padded(&self.map));
         let trusted: Vec<bool> = measured.iter().map(|link| link.origin != LinkOrigin::Recognized).collect();
-        let rejected = problem.outvoted(&trusted, SUSPICIOUS)?;
+        let rejected = problem.outvoted(&trusted, suspicious)?;
         let rejected: Vec<(LinkId, f64)> = rejected.into_iter().map(|k| (measured[k].id, residuals[k])).collect();
         let mut events = Vec::new();
         for (id, chi2) in rejected {
@@ -434,8 +436,9 @@ impl Mapper {
 
 /// Rounds in which the building's direction and the map settle on each other.
 const HOLDS: usize = 30;
-/// Squared normalised residual from which a closure is under suspicion: 99.9 % of χ² with three degrees of freedom.
-const SUSPICIOUS: f64 = 16.27;
+/// Squared normalised residual from which a closure is under suspicion: 99.9 % of χ² with two degrees of freedom, and with
+/// three where no compass holds the turns.
+const SUSPICIOUS: [f64; 2] = [13.82, 16.27];
 /// The least standard deviation of a link, in metres: no two visits to a place see exactly the same.
 const POSITION_FLOOR: f64 = 0.02;
 /// The least variance of a turn between places, in rad²: (0.3°)².

@@ -23,7 +23,7 @@ use links::LinkErrors;
 
 use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
 use hierarchy::{Closure, Config, Mapper};
-use nalgebra::{Isometry2, UnitComplex};
+use nalgebra::{Isometry2, UnitComplex, Vector2};
 use robot_log::{CarmenOptions, Clock, Entry, EntryKind, Input, ReadOptions, RobotDescription, open_log};
 use simulator::{Drift, OdometryModel, carried};
 
@@ -181,14 +181,19 @@ fn wrong_closures(mapper: &Mapper, truth: &TimedPath) -> usize {
         let (Some(from), Some(to)) = (at(*place), at(*known)) else { return false };
         let seen = from.inv_mul(&to);
         let off = seen.translation.vector - measured.vector;
-        let chi2 = measured.covariance.try_inverse().map_or(f64::INFINITY, |i| (off.transpose() * i * off)[0]);
+        let information = measured.covariance.try_inverse();
+        let chi2_of = |off: Vector2<f64>| information.map_or(f64::INFINITY, |i| (off.transpose() * i * off)[0]);
+        let chi2 = chi2_of(off);
         let turned = measured.turn.map_or(0.0, |turn| seen.rotation.angle_to(&UnitComplex::new(turn.change)).abs());
         let askew = measured.turn.is_some_and(|turn| turned > 10f64.to_radians().max(3.3 * turn.variance.sqrt()));
         let wrong = askew || off.norm() > 0.5 && chi2 > 13.8;
         if wrong {
             let (off, turned) = (off.norm(), turned.to_degrees());
+            let mapped = |place| mapper.coordinates().map_from_place(place);
+            let in_map = mapped(*place).inv_mul(&mapped(*known)).translation.vector - measured.vector;
             println!(
-                "  {place} is not {known}: {off:.2} m and {turned:.0}° off, χ² {chi2:.1}, score {score:.2}, {verdict}"
+                "  {place} is not {known}: {off:.2} m and {turned:.0}° off, χ² {chi2:.1}, {:.1} in the map, score {score:.2}, {verdict}",
+                chi2_of(in_map)
             );
         }
         wrong

@@ -48,6 +48,10 @@ impl Mapper {
     fn go_on_elsewhere(&mut self, first: usize) -> Result<Vec<Event>, MapperError> {
         let Some(last) = self.trajectory.anchors().last().copied() else { return Ok(Vec::new()) };
         let mut events = Vec::new();
+        let anchors = self.trajectory.anchors();
+        if anchors.len().checked_sub(2).is_some_and(|before_last| anchors[before_last].sample > first) {
+            return Ok(Vec::new()); // scans as far apart as places: what was seen from where cannot be told
+        }
         let arrived_since = last.sample > first;
         if !arrived_since {
             events.extend(self.complete_place_with(first)?);
