@@ -13,7 +13,7 @@ use robot_log::local_grid::{FuzzyGrid, Grid};
 /// floor = min(E / 0.4, 1 − s / 0.6)      s = ln(1 − O) / (ln(1 − E) + ln(1 − O))
 /// ```
 ///
-/// `O` is closed before (dilated and eroded by a disc of 0.2 m): echoes dot a wall, and nobody passes between two dots. Both
+/// `O` is closed before (dilated and eroded by a disc of 0.15 m): echoes dot a wall, and nobody passes between two dots. Both
 /// are judged after [exposure](Exposure), so that it does not matter how timid the readings were.
 ///
 /// `driven` are poses of the robot in the order in which it drove, or none. Where its body went is floor whatever the
@@ -32,8 +32,9 @@ pub fn floor(gridmap: &FuzzyGrid, driven: &[Isometry2<f64>]) -> Grid<f32> {
     floor
 }
 
-/// Echoes closer than this, in metres, are of one wall: half a door.
-const WALL_GAP: f64 = 0.4;
+/// Echoes closer than this, in metres, are of one wall: less than what is left of a door between two posts that look a
+/// quarter of a metre too thick.
+const WALL_GAP: f64 = 0.3;
 /// A cell of this degree of emptiness is as empty as a handful of readings makes it.
 const EMPTY: f32 = 0.4;
 /// A cell is no floor at all where this share of the evidence says "occupied".
