@@ -1,8 +1,6 @@
 use std::collections::VecDeque;
 use std::io::BufRead;
 
-use local_grid::nalgebra::Isometry2;
-
 use crate::clock::Watch;
 use crate::description::{RobotDescription, Table};
 use crate::entry::Entry;
@@ -14,11 +12,13 @@ use crate::told::{Grammar, Told};
 
 mod dead_reckoning;
 mod fields;
+mod path;
 mod ranges;
 mod row;
 
 use dead_reckoning::DeadReckoning;
 use fields::Fields;
+use path::Path;
 
 /// A table of numbers of a described robot, plain or compressed with gzip, as a stream of entries.
 ///
@@ -86,9 +86,9 @@ struct Rows {
     tables: Vec<Table>,
     fields: Fields,
     odometry: DeadReckoning,
-    /// The latest odometry with its stamp, and the latest motion with the seconds that it took.
-    latest: Option<(f64, Isometry2<f64>)>,
-    motion: Option<(Isometry2<f64>, f64)>,
+    path: Path,
+    /// The stamp of the latest entry.
+    given: f64,
     watch: Watch,
     /// The stamp of the latest row of a file without stamps.
     counted: Option<f64>,
@@ -143,19 +143,13 @@ impl Rows {
             tables,
             fields: Fields::default(),
             odometry: DeadReckoning::default(),
-            latest: None,
-            motion: None,
+            path: Path::default(),
+            given: f64::NEG_INFINITY,
             watch: Watch::new(Self::HOLD),
             counted: None,
             lines: 0,
             lenient,
         })
-    }
-
-    /// Notes where the odometry is at `stamp`, and how it got there.
-    fn follow(&mut self, stamp: f64, odom_from_robot: Isometry2<f64>) {
-        let moved = |(before, pose): (f64, Isometry2<f64>)| (pose.inv_mul(&odom_from_robot), stamp - before);
-        self.motion = self.latest.replace((stamp, odom_from_robot)).map(moved);
     }
 
     /// Whether the line, cut as table `index` wants it, is a row of that table.

@@ -55,6 +55,43 @@ fn descriptions_that_make_no_sense_are_refused() {
     }
 }
 
+/// A robot that drives a metre in a tenth of a second, and whose scans of five hundredths come `latency` seconds late.
+fn late(latency: &str, heading: &str) -> String {
+    format!(
+        "name = 'x'\n[[table]]\nstamp = {{ column = 1, seconds = 1 }}\n{heading}\n\
+         pose = {{ x = 2, y = 3, heading = 4, metres = 1 }}\n\
+         ranges = [{{ sensor = 's', from = 5, metres = 1, sweep_s = 0.05, latency_s = {latency} }}]\n\
+         [[sensor]]\nname = 's'\nkind = 'laser'\nrange_m = [0, 9]\nbeam_width_deg = 1\nmounts = [[0, 0, 0], [0, 0, 9]]"
+    )
+}
+
+#[test]
+fn a_scan_that_comes_late_belongs_to_where_the_robot_was() {
+    let robot = RobotDescription::from_toml(&late("0.15", "")).unwrap();
+    let rows = "0.0 0 0 0 5 5\n0.1 1 0 0 4 4\n0.2 3 0 0 3 3\n";
+    let log = CsvReader::new("x.txt", rows.as_bytes(), &robot, false).unwrap();
+    let entries: Vec<Entry> = log.collect::<Result<_, _>>().unwrap();
+    let seen = |entry: &Entry| match &entry.kind {
+        EntryKind::Scan { odom_from_robot, scan } => {
+            (entry.stamp, odom_from_robot.unwrap().translation.x, scan.sweep().map_or(0.0, |sweep| sweep.step.x))
+        }
+        other => panic!("{other:?}"),
+    };
+    let seen: Vec<(f64, f64, f64)> = entries.iter().map(seen).collect();
+    // Before the first row it is where that has it, and moves as it does after.
+    for (found, expected) in seen.iter().zip([(-0.15, 0.0, 0.0), (-0.05, 0.0, 0.5), (0.05, 0.5, 0.5)]) {
+        for (found, expected) in [(found.0, expected.0), (found.1, expected.1), (found.2, expected.2)] {
+            assert!((found - expected).abs() < 1e-9, "{seen:?}");
+        }
+    }
+    for (latency, heading, why) in
+        [("1.5", "", "must lie in 0..=1"), ("0.1", "heading = { column = 4, deviation_deg = 1 }", "and no heading")]
+    {
+        let error = RobotDescription::from_toml(&late(latency, heading)).unwrap_err().to_string();
+        assert!(error.contains(why), "{error}");
+    }
+}
+
 #[test]
 fn faulty_rows_are_shown_where_they_are() {
     let error = read("run1_od.txt", "1 2 3 4\n2 2 3 x\n", "ring8").unwrap_err();

@@ -38,27 +38,36 @@ pub(super) fn read(
         .ranges
         .iter()
         .filter_map(|ranges| Some((ranges, rows.robot.sensor(&ranges.sensor)?)))
-        .map(|(ranges, sensor)| Ok((ranges::scan(ranges, sensor, line, fields)?, ranges.sweep_s)))
+        .map(|(ranges, sensor)| Ok((ranges::scan(ranges, sensor, line, fields)?, ranges.sweep_s, ranges.latency_s)))
         .collect::<Result<Vec<_>, Fault>>()?;
     let motion = motion(rows, index, line)?;
     let stamp = stamp(rows, index, line, report)?;
     let odom_from_robot = moved(rows, index, motion, heading.map(|(heading, _)| heading));
     if let Some(odom_from_robot) = odom_from_robot {
-        rows.follow(stamp, odom_from_robot);
+        rows.path.follow(stamp, odom_from_robot);
     }
-    let sweeps = rows.motion;
-    let mut give = |kind: EntryKind| told.push_back(Entry { stamp, kind });
+    let mut give = |stamp: f64, kind: EntryKind| {
+        rows.given = rows.given.max(stamp); // a scan that was long on its way is no older than what was told already
+        told.push_back(Entry { stamp: rows.given, kind });
+    };
     // A heading is that of the moment at which the wheels have made the step.
     if let (Some(odom_from_robot), true) = (odom_from_robot, scans.is_empty() || heading.is_some()) {
-        give(EntryKind::Odometry { odom_from_robot });
+        give(stamp, EntryKind::Odometry { odom_from_robot });
     }
     if let Some((heading, deviation)) = heading {
-        give(if gyro { EntryKind::Gyro { heading, deviation } } else { EntryKind::Heading { heading, deviation } });
+        let gyro_or_compass =
+            if gyro { EntryKind::Gyro { heading, deviation } } else { EntryKind::Heading { heading, deviation } };
+        give(stamp, gyro_or_compass);
     }
-    for (scan, seconds) in scans {
-        let sweep = sweeps.filter(|_| seconds > 0.0).and_then(|(motion, time)| Sweep::during(&motion, time, seconds));
-        let scan = sweep.map_or_else(|| scan.clone(), |sweep| scan.clone().swept(sweep));
-        give(EntryKind::Scan { odom_from_robot, scan });
+    for (scan, seconds, latency) in scans {
+        let taken = stamp - latency;
+        let motion = rows.path.motion(taken - 0.5 * seconds).filter(|_| seconds > 0.0);
+        let scan = match motion.and_then(|(motion, time)| Sweep::during(&motion, time, seconds)) {
+            Some(sweep) => scan.swept(sweep),
+            None => scan,
+        };
+        let odom_from_robot = if latency > 0.0 { rows.path.at(taken) } else { odom_from_robot };
+        give(taken, EntryKind::Scan { odom_from_robot, scan });
     }
     Ok(())
 }

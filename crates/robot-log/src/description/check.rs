@@ -44,6 +44,17 @@ pub(super) fn check(tables: &[Table], sensors: &[Arc<RangeSensor>]) -> Result<()
                 let (name, sweep) = (&ranges.sensor, ranges.sweep_s);
                 return wrong(format!("sensor `{name}` sweeps for {sweep} s, which must lie in 0..=10"));
             }
+            if !(0.0..=1.0).contains(&ranges.latency_s) {
+                let (name, latency) = (&ranges.sensor, ranges.latency_s);
+                return wrong(format!("ranges of `{name}` come after {latency} s, which must lie in 0..=1"));
+            }
+            let has_motion = table.pose.is_some() || table.wheels.is_some() || table.motors.is_some();
+            if ranges.latency_s > 0.0 && (!has_motion || table.heading.is_some()) {
+                return wrong(format!(
+                    "table {number} has ranges of `{}` with a latency: their lines must have the odometry, and no heading",
+                    ranges.sensor
+                ));
+            }
             let beams = sensor.mounts().len();
             if let Layout::Columns(columns) = &ranges.layout
                 && columns.len() != beams

@@ -153,8 +153,10 @@ pub(crate) struct Ranges {
     pub(crate) no_echo_from: Option<f64>,
     /// Values that are no measurement.
     pub(crate) invalid: Vec<f64>,
-    /// Seconds from the first beam to the last, which is fired at the line's stamp.
+    /// Seconds from the first beam to the last, which is fired at the line's stamp but for the latency.
     pub(crate) sweep_s: f64,
+    /// Seconds from the last beam to the line's stamp: the odometry of the line has gone on since.
+    pub(crate) latency_s: f64,
     pub(crate) layout: Layout,
 }
 
@@ -216,6 +218,8 @@ struct RangesText {
     invalid: Vec<f64>,
     #[serde(default)]
     sweep_s: f64,
+    #[serde(default)]
+    latency_s: f64,
     columns: Option<Vec<Column>>,
     from: Option<Column>,
     beam: Option<BeamText>,
@@ -241,8 +245,8 @@ impl TryFrom<RangesText> for Ranges {
                 text.sensor
             ));
         };
-        let RangesText { sensor, metres, no_echo, no_echo_from, invalid, sweep_s, .. } = text;
-        Ok(Self { sensor, metres, no_echo, no_echo_from, invalid, sweep_s, layout })
+        let RangesText { sensor, metres, no_echo, no_echo_from, invalid, sweep_s, latency_s, .. } = text;
+        Ok(Self { sensor, metres, no_echo, no_echo_from, invalid, sweep_s, latency_s, layout })
     }
 }
 
