@@ -145,5 +145,9 @@ fn files_hold_what_was_found() {
 
     let mut picture = Vec::new();
     write_picture(&mut picture, &map, &free).unwrap();
-    assert!(picture.starts_with(b"\x89PNG"));
+    let reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info().unwrap();
+    let (wide, high) = (reader.info().width as usize, reader.info().height as usize);
+    // A small map is enlarged by a whole number, so that its labels can be read.
+    assert_eq!((wide % frame.columns(), high / frame.rows()), (0, wide / frame.columns()));
+    assert!(wide.max(high) >= 800, "{wide} x {high}");
 }

@@ -25,7 +25,7 @@ use floor::Floor;
 #[derive(Debug, Args)]
 #[command(
     after_help = "With --out: regions.geojson (polygons and gateways with their attributes, metres), regions.png (to \
-                        look at), labels.png (16 bit, as large as the map, 0 = no region).\nOf a run, names and closed \
+                        look at: gateways are white, shut ones red; small maps are enlarged), labels.png (16 bit, as large as the map, 0 = no region).\nOf a run, names and closed \
                         gateways are kept in its session: they move with the map and outlive it."
 )]
 pub(crate) struct RegionsArgs {
