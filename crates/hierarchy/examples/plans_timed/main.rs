@@ -4,9 +4,10 @@
 //! cargo run --release -p hierarchy --example plans_timed -- [--pairs N] [PLAN.png...] [RUN/session.hmap...]
 //! ```
 //!
-//! PLAN is a floor plan of 0.05 m per pixel, white = free. Each map is planned over from region to region, forty pairs (or N) taken
-//! at random: through regions ([`Planner`]), and by A* over all cells with the same costs. The cells' unsafety and the ways between gateways are made once for all plans; `made` tells how long
-//! both took.
+//! PLAN is a floor plan of 0.05 m per pixel, white = free, and is planned over from region to region, from the spots farthest from
+//! walls; the map of a run from place to place, and the robot fits where it has been. Forty pairs (or N) are taken at random:
+//! through regions ([`Planner`]), and by A* over all cells with the same costs. The cells' unsafety and the ways between
+//! gateways are made once for all plans; `made` tells how long both took.
 #![expect(clippy::print_stdout, reason = "an example says what it found")]
 
 use std::fs::File;
@@ -28,7 +29,7 @@ type Failure = Box<dyn std::error::Error>;
 /// How a floor plan is read.
 const DESCRIPTION: &str =
     "image: plan.png\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.1\n";
-/// Pairs of regions that are planned between, unless another number is asked for.
+/// Pairs that are planned between, unless another number is asked for.
 const PAIRS: usize = 40;
 
 fn main() -> Result<(), Failure> {
@@ -41,8 +42,8 @@ fn main() -> Result<(), Failure> {
         None => PAIRS,
     };
     for name in names {
-        let (gridmap, map) = if name.ends_with(".hmap") { recorded(&name)? } else { drawn(&picture(&name)?)? };
-        measure(name.rsplit('/').next().unwrap_or(&name), (&gridmap, &map), n_pairs)?;
+        let ground = if name.ends_with(".hmap") { recorded(&name)? } else { drawn(&picture(&name)?)? };
+        measure(name.rsplit('/').next().unwrap_or(&name), &ground, n_pairs)?;
     }
     Ok(())
 }
@@ -53,26 +54,41 @@ fn picture(path: &str) -> Result<Grid<f32>, Failure> {
     Ok(map.cells.map(|&cell| f32::from(u8::from(cell == 0))))
 }
 
-fn drawn(free: &Grid<f32>) -> Result<(FuzzyGrid, RegionMap), Failure> {
-    let gridmap = free.map(|&free| Fuzzy { empty: 0.95 * free, occupied: 0.95 * (1.0 - free) });
-    Ok((gridmap, segment(free, &Options::default())?))
+/// What is planned over.
+struct Ground {
+    gridmap: FuzzyGrid,
+    map: RegionMap,
+    /// Where the robot has been.
+    driven: Vec<Point2<f64>>,
+    /// Where ways begin and end.
+    ends: Vec<Point2<f64>>,
 }
 
-fn recorded(path: &str) -> Result<(FuzzyGrid, RegionMap), Failure> {
+fn drawn(free: &Grid<f32>) -> Result<Ground, Failure> {
+    let gridmap = free.map(|&free| Fuzzy { empty: 0.95 * free, occupied: 0.95 * (1.0 - free) });
+    let map = segment(free, &Options::default())?;
+    let ends = map.regions.iter().map(|region| region.inside).collect();
+    Ok(Ground { gridmap, map, driven: Vec::new(), ends })
+}
+
+fn recorded(path: &str) -> Result<Ground, Failure> {
     let mut mapper = Mapper::load(&mut BufReader::new(File::open(path)?))?;
     let gridmap = mapper.gridmap()?;
     let map = mapper.survey(&gridmap)?;
-    Ok((gridmap, map))
+    let visited = mapper.topology().places().iter().filter(|place| place.is_visited());
+    let ends = visited.map(|place| mapper.coordinates().map_from_place(place.id).translation.vector.into()).collect();
+    Ok(Ground { gridmap, map, driven: mapper.driven(), ends })
 }
 
-fn measure(name: &str, (gridmap, map): (&FuzzyGrid, &RegionMap), n_pairs: usize) -> Result<(), Failure> {
-    let options = PlanOptions { exposure: Exposure::of(gridmap), ..PlanOptions::default() };
-    let (planner, made) = timed(|| Planner::new(gridmap, map, &options));
-    let (planner, cells) = (planner?, unsafety(gridmap, &options)?);
+fn measure(name: &str, ground: &Ground, n_pairs: usize) -> Result<(), Failure> {
+    let Ground { gridmap, map, driven, ends } = ground;
+    let options = &PlanOptions { exposure: Exposure::of(gridmap), driven: driven.clone(), ..PlanOptions::default() };
+    let (planner, made) = timed(|| Planner::new(gridmap, map, options));
+    let (planner, cells) = (planner?, unsafety(gridmap, options)?);
     let (mut by_regions, mut by_cells, mut longer) = (0.0, 0.0, Vec::new());
-    for [start, goal] in pairs(map, n_pairs) {
+    for [start, goal] in pairs(ends, n_pairs) {
         let (plan, took) = timed(|| planner.plan(start, goal));
-        let (least, took_over_cells) = timed(|| plan_over(&cells, start, goal, &options));
+        let (least, took_over_cells) = timed(|| plan_over(&cells, start, goal, options));
         if let (Ok(plan), Some(least)) = (plan, least) {
             by_regions += took;
             by_cells += took_over_cells;
@@ -104,9 +120,9 @@ fn timed<T>(call: impl FnOnce() -> T) -> (T, f64) {
     (result, begun.elapsed().as_secs_f64())
 }
 
-/// The spots farthest from walls of regions taken at random, always the same ones.
-fn pairs(map: &RegionMap, n: usize) -> Vec<[Point2<f64>; 2]> {
+/// Ends taken at random, always the same ones.
+fn pairs(ends: &[Point2<f64>], n: usize) -> Vec<[Point2<f64>; 2]> {
     let mut random = Pcg64Mcg::new(1);
-    let mut spot = || map.regions[random.random_range(0..map.regions.len())].inside;
-    (0..n).filter(|_| !map.regions.is_empty()).map(|_| [spot(), spot()]).filter(|[a, b]| a != b).collect()
+    let mut spot = || ends[random.random_range(0..ends.len())];
+    (0..n).filter(|_| !ends.is_empty()).map(|_| [spot(), spot()]).filter(|[a, b]| a != b).collect()
 }

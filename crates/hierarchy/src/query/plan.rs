@@ -65,6 +65,9 @@ pub enum RouteError {
     Closed(Vec<usize>),
 }
 
+/// Ways shorter than this, in metres, are searched again over the cells: a detour of half a metre is 5 % of it.
+const SHORT: f64 = 12.0;
+
 /// A point, the piece of a region in which it lies, and the ways from there to the doors of that piece.
 struct End {
     region: u16,
@@ -102,14 +105,17 @@ impl<'a> Planner<'a> {
     ///
     /// Where start and goal lie in regions and a chain of open gateways joins them, the way keeps to the regions of the
     /// cheapest chain, but for corners that are cut where it is made straight; else it is searched over all cells. The first
-    /// may be a few hundredths longer than the cheapest way over all cells.
+    /// may be a few hundredths longer than the cheapest way over all cells, unless it is short.
     ///
     /// # Errors
     ///
     /// No way, and why.
     pub fn plan(&self, start: Point2<f64>, goal: Point2<f64>) -> Result<Plan, RouteError> {
-        if let Some(plan) = self.within(start, goal).or_else(|| self.through(start, goal)) {
+        if let Some(plan) = self.within(start, goal) {
             return Ok(plan);
+        }
+        if let Some(plan) = self.through(start, goal) {
+            return Ok(self.shortened(plan, start, goal));
         }
         match plan_over(&self.unsafety, start, goal, &self.options) {
             Some(path) => Ok(Plan { regions: Vec::new(), gateways: Vec::new(), path }),
@@ -142,6 +148,20 @@ impl<'a> Planner<'a> {
         let chain = Chain::cheapest((&self.doors, &self.legs), &from.costs(), &to.costs(), goal)?;
         let (regions, gateways) = self.regions_of(&chain, &from, &to);
         Some(Plan { regions, gateways, path: self.join(&chain, &from, &to) })
+    }
+
+    /// A short plan as cheap as the cells of its regions allow: there the half metre counts that a door's or a crossing's fixed
+    /// cell may lie aside, and a search over all cells looks at few of them.
+    fn shortened(&self, mut plan: Plan, start: Point2<f64>, goal: Point2<f64>) -> Plan {
+        if plan.path.length < SHORT {
+            let keeps = |point: &Point2<f64>| {
+                self.map.region_at(*point).is_none_or(|region| plan.regions.contains(&region.label))
+            };
+            let least = plan_over(&self.unsafety, start, goal, &self.options);
+            let cheaper = least.filter(|least| least.cost < plan.path.cost && least.points.iter().all(keeps));
+            plan.path = cheaper.unwrap_or(plan.path);
+        }
+        plan
     }
 
     /// The ways from a point to the doors of its piece.
