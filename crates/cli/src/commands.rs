@@ -14,6 +14,7 @@ pub(crate) mod explain;
 pub(crate) mod export;
 pub(crate) mod grid;
 pub(crate) mod inspect;
+pub(crate) mod locate;
 pub(crate) mod plan;
 pub(crate) mod regions;
 pub(crate) mod relax;
@@ -35,6 +36,7 @@ pub(crate) enum Command {
     Grid(grid::GridArgs),
     Relax(relax::RelaxArgs),
     Plan(plan::PlanArgs),
+    Locate(locate::LocateArgs),
     Compare(compare::CompareArgs),
     Evaluate(evaluate::EvaluateArgs),
     Explain(explain::ExplainArgs),
@@ -62,6 +64,7 @@ impl Command {
             Self::Grid(args) => grid::run(args, context),
             Self::Relax(args) => relax::run(args, context),
             Self::Plan(args) => plan::run(args, context),
+            Self::Locate(args) => locate::run(args, context),
             Self::Compare(args) => compare::run(args, context),
             Self::Evaluate(args) => evaluate::run(args, context),
             Self::Explain(args) => explain::run(args, context),

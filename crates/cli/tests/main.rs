@@ -16,6 +16,7 @@ mod inspect;
 #[cfg(unix)]
 mod interruption;
 mod live;
+mod locates;
 mod manners;
 mod palette;
 mod readme;

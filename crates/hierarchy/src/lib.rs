@@ -40,7 +40,7 @@ pub use metrics::{
     Timings, TrustMetrics, TruthMetrics, WeakLink,
 };
 pub use query::floor_plan::{FloorPlan, KnownGateway, KnownRegion, Landmark, Passage};
-pub use query::{Plan, Planner, RouteError, count_regions, floor, regions};
+pub use query::{Finder, FinderError, Plan, Planner, RouteError, Whereabouts, count_regions, floor, regions};
 pub use recognize::{Closure, Verdict};
 pub use session::SessionError;
 pub use trajectory::{Anchor, Sample, Trajectory};

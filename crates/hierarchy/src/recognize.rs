@@ -1,3 +1,4 @@
+mod anywhere;
 mod closure;
 mod pieces;
 pub(crate) mod proposals;

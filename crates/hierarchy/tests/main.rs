@@ -13,6 +13,7 @@ mod edits;
 mod explain;
 mod exploration;
 mod live_map;
+mod locate;
 mod logs;
 mod office_loop;
 mod plans;

@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("make a map", &["run", "resume", "demo", "simulate", "reproduce"]),
     ("look at it", &["explain", "inspect", "evaluate", "compare", "report", "view"]),
     ("change it", &["edit", "grid", "regions", "relax"]),
-    ("use it", &["export", "plan", "convert"]),
+    ("use it", &["export", "plan", "locate", "convert"]),
     ("set up", &["config", "completions", "man"]),
 ];
 

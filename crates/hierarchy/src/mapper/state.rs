@@ -14,7 +14,7 @@ use crate::front_end::gyro::{GyroBesideWheels, HeadingDrift};
 use crate::live_map::LiveMap;
 use crate::mapper::tally::Tally;
 use crate::query::floor_plan::FloorPlan;
-use crate::recognize::Closure;
+use crate::recognize::{Closure, Recognizer};
 use crate::session::records::StoredTracker;
 use crate::trajectory::Trajectory;
 
@@ -23,6 +23,10 @@ impl Mapper {
     #[must_use]
     pub fn closures(&self) -> &[Closure] {
         &self.closures
+    }
+
+    pub(crate) fn recognizer(&self) -> &Recognizer {
+        &self.recognizer
     }
 
     pub(crate) fn track_from_robot(&self) -> Isometry2<f64> {
