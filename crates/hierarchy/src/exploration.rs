@@ -254,6 +254,12 @@ impl Exploration {
         visited.chain(predicted.map(|link| (link.to, at(link.from) + link.displacement.vector))).collect()
     }
 
+    /// The settings of the explorer.
+    #[must_use]
+    pub fn options(&self) -> &ExplorerOptions {
+        self.explorer.options()
+    }
+
     /// All levels of the map so far.
     #[must_use]
     pub fn mapper(&self) -> &Mapper {

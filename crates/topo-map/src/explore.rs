@@ -123,8 +123,8 @@ impl Default for ExplorerOptions {
 ///
 /// Every travel resolves the predicted link it set out for, after [`ExplorerOptions::retries`] more tries at the latest (it becomes traveled, blocked
 /// or rejected, and nothing makes a link predicted again), or blocks a traveled link on the way there, which is opened
-/// again at most [`ExplorerOptions::retries`] times, and as often after each of the three times that the robot would else be
-/// shut in. From a place something is predicted only in directions that are
+/// again at most [`ExplorerOptions::retries`] times, and as often after each of the times that the robot would else be
+/// shut in: at most three between two predicted links that are resolved. From a place something is predicted only in directions that are
 /// [`ExplorerOptions::link_separation`] from all that were predicted from it before, so at most `2π / separation` times, and
 /// there are at most [`ExplorerOptions::max_places`] places. A single hop ends, because its length driven is bounded.
 #[derive(Debug)]
@@ -143,7 +143,7 @@ pub struct Explorer {
     asked: BTreeMap<PlaceId, Vec<Heading>>,
     /// How many times the robot was stopped on each predicted link, or a traveled one was opened again.
     tried: BTreeMap<LinkId, u32>,
-    /// How often it seemed that no way leads out.
+    /// How often in a row it seemed that no way leads out.
     shut_in: u32,
     /// The journey at whose end the survey is made.
     pending: Option<Travel>,

@@ -16,7 +16,7 @@ const SECOND_TRY: f64 = 20.0;
 /// So many times it is tried again before the robot leaves its neighbourhood; further tries wait until all else is done, when
 /// what was in the way may have gone.
 const AGAIN_AT_ONCE: u32 = 1;
-/// So many times in an exploration the robot does not believe that it is shut in.
+/// So many times in a row, without finding out about anything, the robot does not believe that it is shut in.
 const SHUT_IN: u32 = 3;
 
 impl Explorer {
@@ -203,7 +203,7 @@ impl Explorer {
     /// Opens the traveled links that were blocked, each only so many times: people go away, and echoes may be false.
     ///
     /// Where none is left to be opened the robot is shut in by ways that it has come. That cannot be, so their tries begin
-    /// anew, a few times in all.
+    /// anew, a few times, each with more patience.
     fn reopen<S>(&mut self, map: &mut TopoMap<S>) -> Result<bool, ExploreError> {
         let is_blocked = |link: &&Link| link.state == LinkState::Blocked && link.origin == LinkOrigin::Traveled;
         let mut blocked: Vec<LinkId> = map.links().iter().filter(is_blocked).map(|link| link.id).collect();

@@ -61,9 +61,19 @@ pub(super) struct Obstacles {
     /// Where the robot ran into something, the latest last.
     touched: VecDeque<Point2<f64>>,
     /// Where its centre has been of late, the latest last.
-    trodden: VecDeque<Point2<f64>>,
+    trodden: VecDeque<Trodden>,
     sonar: SonarCone,
     laser: LaserRay,
+}
+
+/// Where the robot's centre has been.
+#[derive(Debug, Clone, Copy)]
+struct Trodden {
+    at: Point2<f64>,
+    /// Whether the robot has touched something since that would be in its way there.
+    doubtful: bool,
+    /// What a step there costs at most beyond its length.
+    cost: f64,
 }
 
 /// The side of the window in metres, and of its cells.
@@ -72,8 +82,9 @@ const WINDOW: WorkingGridOptions = WorkingGridOptions { size: 6.4, resolution: 0
 const REMEMBERED: usize = 32;
 /// The steps in which the robot's track is remembered, in metres...
 const STEP: f64 = 0.05;
-/// ...and how many of them: 6 m, over which dead reckoning tells where it was to about a cell.
-const TRACK: usize = 120;
+/// ...and how many of them: 12 m, over which dead reckoning tells where it was to about a cell. A robot that looks for a way
+/// out of a nook still knows the one by which it came in.
+const TRACK: usize = 240;
 /// What a step through a cell costs beyond its length, where nothing is known of the cell.
 const UNKNOWN: f64 = 0.3;
 /// The same at an obstacle's very border, falling to nothing at the comfortable distance.
@@ -121,16 +132,18 @@ impl Obstacles {
         self.window.integrate(&self.sonar, track_from_robot, &scan)
     }
 
-    /// All that was seen and touched is forgotten, but not where the robot has been.
+    /// All that was seen and touched is forgotten, but not where the robot has been: there it can go once more, and should
+    /// before it tries ways that it does not know.
     pub(super) fn forget(&mut self) {
-        let trodden = std::mem::take(&mut self.trodden);
+        let mut trodden = std::mem::take(&mut self.trodden);
+        trodden.iter_mut().for_each(|trodden| (trodden.doubtful, trodden.cost) = (false, 0.0));
         *self = Self { trodden, ..Self::new(self.options) };
     }
 
     /// The robot's centre is at `point`: so its body fits there, whatever the echoes of a narrow gap say, until it bumps.
     pub(super) fn tread(&mut self, point: Point2<f64>) {
-        if self.trodden.back().is_none_or(|last| (last - point).norm() >= STEP) {
-            self.trodden.push_back(point);
+        if self.trodden.back().is_none_or(|last| (last.at - point).norm() >= STEP) {
+            self.trodden.push_back(Trodden { at: point, doubtful: false, cost: CLOSE });
             if self.trodden.len() > TRACK {
                 self.trodden.pop_front();
             }
@@ -140,7 +153,9 @@ impl Obstacles {
     /// The robot touched something: `point` is an obstacle from now on, whatever the sensors say.
     pub(super) fn mark(&mut self, point: Point2<f64>) {
         let body = self.options.radius + self.options.margin;
-        self.trodden.retain(|trodden| (trodden - point).norm() > body + STEP);
+        for trodden in &mut self.trodden {
+            trodden.doubtful |= (trodden.at - point).norm() <= body + STEP;
+        }
         self.touched.push_back(point);
         if self.touched.len() > REMEMBERED {
             self.touched.pop_front();
@@ -201,9 +216,11 @@ impl Field {
         for (row, column) in obstacles.touched.iter().filter_map(|&point| frame.cell_at(point)) {
             inflate(&frame, row * frame.columns() + column, &options, &mut cost);
         }
-        for (row, column) in obstacles.trodden.iter().filter_map(|&point| frame.cell_at(point)) {
-            let cost = &mut cost[row * frame.columns() + column];
-            *cost = cost.min(CLOSE);
+        for trodden in obstacles.trodden.iter().filter(|trodden| !trodden.doubtful) {
+            if let Some((row, column)) = frame.cell_at(trodden.at) {
+                let cost = &mut cost[row * frame.columns() + column];
+                *cost = cost.min(trodden.cost);
+            }
         }
         let mut field = Self { frame, cost, from };
         field.allow_escape();
@@ -323,5 +340,35 @@ fn inflate(frame: &GridFrame, index: usize, options: &ObstacleOptions, cost: &mu
             let known = &mut cost[r * columns + c];
             *known = known.max(price);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How near to the beginning of its track a robot can come, and how far beside it, that drove 2 m and then touched a wall
+    /// across it, 3.2 m wide.
+    fn left_after(touched: bool, forgotten: bool) -> (f64, f64) {
+        let mut obstacles = Obstacles::new(ObstacleOptions::default());
+        (0..=40).for_each(|step| obstacles.tread(Point2::new(0.05 * f64::from(step), 0.0)));
+        if touched {
+            (-8..=8).for_each(|step| obstacles.mark(Point2::new(1.0, 0.2 * f64::from(step))));
+        }
+        if forgotten {
+            obstacles.forget();
+        }
+        let way = obstacles.way(Point2::new(2.0, 0.0), Point2::origin(), 0.0).unwrap();
+        let astray = way.iter().map(|point| point.y.abs()).fold(0.0, f64::max);
+        (way.last().unwrap().coords.norm(), astray)
+    }
+
+    #[test]
+    fn a_robot_that_forgets_what_it_touched_goes_back_as_it_came() {
+        assert!(left_after(false, false).0 < 0.1);
+        let (left, astray) = left_after(true, false);
+        assert!(left > 1.0 || astray > 1.5, "what it touched is in its way: {left} {astray}");
+        let (left, astray) = left_after(true, true);
+        assert!(left < 0.1 && astray < 0.1, "{left} {astray}");
     }
 }

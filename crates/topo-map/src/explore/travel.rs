@@ -136,7 +136,8 @@ impl Explorer {
                 }
                 // Who has come so far from the last place is not there any more, and should find out where.
                 let again = link.origin != LinkOrigin::Predicted && tried > 1;
-                let astray = again && (self.at() - here.center).norm() > self.options.spacing;
+                let off = (self.at() - here.center).norm();
+                let astray = again && off > self.options.spacing.min((target - self.at()).norm());
                 self.phase = if astray { Phase::Surveying { fired: 0, turned: false } } else { Phase::Choosing };
                 Ok(None)
             }
@@ -151,9 +152,8 @@ impl Explorer {
             return Err(HopEnd::Arrived);
         }
         let blocked = HopEnd::Blocked(travel.hops[0].link);
-        let patience =
-            if travel.is_last() { 1 } else { 1 + self.tried.get(&travel.hops[0].link).copied().unwrap_or(0) };
-        let (near_enough, longer) = (options.near_enough * f64::from(patience), f64::from(patience));
+        let patience = if travel.is_last() { 1 } else { self.patience(travel.hops[0].link) };
+        let (near_enough, longer) = (options.near_enough, f64::from(patience));
         let too_far = travel.driven > longer * (options.detour * length + 1.0) + 0.5 * f64::from(travel.bumps);
         if travel.bumps > MOST_BUMPS * patience || too_far {
             return Err(if left <= near_enough { HopEnd::Arrived } else { blocked });
@@ -188,6 +188,12 @@ impl Explorer {
         travel.toward = Heading::of(aim - at);
         travel.queue = VecDeque::from([Command::Drive { distance }, Command::Fire { purpose: Firing::Watch }]);
         Ok(Command::Turn { to: travel.toward })
+    }
+
+    /// How many times as much the robot puts up with on a way that it has come before: more with each try, and more again when
+    /// no other way is left.
+    fn patience(&self, link: LinkId) -> u32 {
+        1 + self.tried.get(&link).copied().unwrap_or(0) + self.options.retries * self.shut_in
     }
 
     /// The robot stands where the hop should lead: at the end of its journey it looks all around.
@@ -304,6 +310,7 @@ impl Explorer {
     ) -> Result<(), ExploreError> {
         let Hop { link, to } = travel.hops[0];
         let predicted = map.place(to).is_some_and(crate::Place::is_predicted);
+        self.shut_in = 0;
         match identity {
             Identity::New { signature } => {
                 let place = if predicted {

@@ -45,6 +45,10 @@ fn overview(trials: &[Trial]) -> String {
     let _ = writeln!(text, "| the whole gridmap | 36 s | {:.0} ms |", 1e3 * median(trials, |t| t.gridmap_s));
     let _ = writeln!(text, "| coverage of the reachable floor | | {:.3} |", median(trials, |t| t.coverage));
     let _ = writeln!(text, "| runs with coverage ≥ 0.95 | | {} of {n} |", count(&|t| t.coverage >= 0.95));
+    let kept = median(trials, |t| t.coverage_with_margin);
+    let _ = writeln!(text, "| coverage of floor behind ways that leave the explorer's margin | | {kept:.3} |");
+    let kept = count(&|t| t.coverage_with_margin >= 0.95);
+    let _ = writeln!(text, "| runs with that ≥ 0.95 | | {kept} of {n} |");
     let _ = writeln!(text, "| runs that end by themselves | | {} of {n} |", count(&|t| t.ended_by_itself));
     let _ = writeln!(text, "| runs without collision | | {} of {n} |", count(&|t| t.clearance_m >= 0.0));
     let _ = writeln!(text, "| runs without false link | | {} of {n} |", count(&|t| t.false_links == 0));

@@ -6,6 +6,7 @@ use global_grid::{CrispOptions, GridMap, GridOptions, Occupancy, SonarModel, occ
 use hierarchy::evaluate::{MapMatch, Statistics, align, compare_maps};
 use hierarchy::local_grid::nalgebra::{Isometry2, Point2, UnitComplex};
 use hierarchy::local_grid::{FuzzyGrid, Grid, GridFrame, Reading, SonarCone};
+use hierarchy::topo_map::ObstacleOptions;
 use hierarchy::{Anchor, Mapper};
 use robot_log::EntryKind;
 use serde::Serialize;
@@ -28,6 +29,9 @@ pub(super) struct Trial {
     pub(super) columns: usize,
     /// The share of the reachable floor within a metre of a place.
     pub(super) coverage: f64,
+    /// The same of the floor to which ways lead that are as wide as the explorer wants them: with its own margin beside the
+    /// body instead of the bumper's.
+    pub(super) coverage_with_margin: f64,
     pub(super) ended_by_itself: bool,
     pub(super) path_length_m: f64,
     /// How often the bumper stopped the robot before it touched something.
@@ -108,7 +112,10 @@ pub(super) fn run(
     let exploration_s = begun.elapsed().as_secs_f64();
     let evidence = Evidence::of(&expedition);
     let mapper = expedition.exploration.mapper();
-    let coverage = world.coverage(&evidence.true_places(), description.radius + description.margin, 1.0);
+    let places = evidence.true_places();
+    let coverage = world.coverage(&places, description.radius + description.margin, 1.0);
+    let ObstacleOptions { radius, margin, .. } = expedition.exploration.options().obstacles;
+    let coverage_with_margin = world.coverage(&places, radius + margin, 1.0);
     let (errors, measured) = evidence.errors().map_err(|error| failed(&error))?;
     let [swept, optimum] = &measured;
     let sweep_s = time_of_sweep(&evidence).map_err(|error| failed(&error))?;
@@ -131,6 +138,7 @@ pub(super) fn run(
         rows: gridmap.frame().rows(),
         columns: gridmap.frame().columns(),
         coverage,
+        coverage_with_margin,
         ended_by_itself: expedition.complete,
         path_length_m: robot.path_length(),
         stopped_short: robot.bumps(),
