@@ -372,7 +372,7 @@ impl Mapper {
             if closure.is_accepted() {
                 self.bring_together(&closure);
                 let link = self.map.recognize(closure.place, closure.known, closure.displacement)?;
-                self.recognizer.tell_pieces_joined(&self.map);
+                self.recognizer.tell_joined(&self.map);
                 events.push(Event::PlaceRecognized { place: closure.place, known: closure.known, link });
             } else {
                 events.push(Event::RecognitionRefused { closure });
@@ -422,7 +422,7 @@ impl Mapper {
             }
         }
         if !events.is_empty() {
-            self.recognizer.tell_pieces(&self.map);
+            self.recognizer.tell_links(&self.map);
             events.push(relaxed(self.coordinates.relax(&self.map)?));
         }
         Ok(events)

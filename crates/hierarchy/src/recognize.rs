@@ -17,7 +17,7 @@ use topo_map::{Displacement, Place, PlaceId, SignatureIndex, TopoMap, Turn};
 
 use crate::config::Config;
 use crate::coordinates::Coordinates;
-use crate::recognize::reach::{Held, Reach, reach_from};
+use crate::recognize::reach::{Chains, Held, Reach, reach_from};
 pub use closure::{Closure, Verdict};
 use pieces::Pieces;
 use stretch::{Agreement, Doubt, Hypothesis, OVERLAP, UNLIKE, Weighing};
@@ -52,6 +52,7 @@ pub(crate) struct Recognizer {
     oriented: SignatureIndex,
     unturned: SignatureIndex,
     pieces: Pieces,
+    chains: Chains,
     spent: Duration,
 }
 
@@ -124,6 +125,7 @@ impl Recognizer {
             oriented: index(),
             unturned: index(),
             pieces: Pieces::default(),
+            chains: Chains::default(),
             spent: Duration::ZERO,
         }
     }
@@ -148,6 +150,7 @@ impl Recognizer {
         held: Held,
     ) -> Vec<Closure> {
         let begun = Instant::now();
+        self.chains.follow(map);
         let mut decided = Vec::new();
         let longest = if self.pieces.is_whole() { STRETCH } else { STRETCH_ANYWHERE };
         let outgrown = (self.stretch.len() + 1).saturating_sub(longest);
@@ -197,7 +200,7 @@ impl Recognizer {
         let mut near = coordinates.near(here.into(), WIDEST_GATE + OVERLAP);
         near.retain(is_old);
         let mut gates: Vec<Gate> = Vec::new();
-        for (known, reach) in near.iter().zip(reach_from(map, place, &near)) {
+        for (known, reach) in near.iter().zip(reach_from(map, &self.chains, place, &near)) {
             // A spot that was visited many times is compared once, with its first visit that has something to tell.
             let spot = at(*known);
             if gates.iter().all(|other| (at(other.known) - spot).norm() >= SAME_SPOT) {
@@ -260,15 +263,17 @@ impl Recognizer {
         found.into_iter().map(|found| found.place).collect()
     }
 
-    /// Says which places hang together by measured links, after the robot was carried or a closure was taken back.
-    pub(crate) fn tell_pieces(&mut self, map: &TopoMap<Arc<Signature>>) {
+    /// Says which places hang together by measured links, and how, after links have changed: the robot was carried, a closure
+    /// was taken back.
+    pub(crate) fn tell_links(&mut self, map: &TopoMap<Arc<Signature>>) {
         self.pieces = Pieces::of(map);
+        self.chains = Chains::of(map);
     }
 
     /// The same after a closure was made.
-    pub(crate) fn tell_pieces_joined(&mut self, map: &TopoMap<Arc<Signature>>) {
+    pub(crate) fn tell_joined(&mut self, map: &TopoMap<Arc<Signature>>) {
         if !self.pieces.is_whole() {
-            self.tell_pieces(map);
+            self.pieces = Pieces::of(map);
         }
     }
 
@@ -384,7 +389,7 @@ impl Recognizer {
         let likenesses = self.stretch.iter().flat_map(|view| &view.likenesses);
         let alike = likenesses.filter(|likeness| likeness.displacement.is_some()).map(|likeness| likeness.known);
         let known: Vec<PlaceId> = BTreeSet::from_iter(alike).into_iter().collect();
-        let reach = known.iter().copied().zip(reach_from(map, newest, &known));
+        let reach = known.iter().copied().zip(reach_from(map, &self.chains, newest, &known));
         let reach: HashMap<PlaceId, Reach> = reach.filter_map(|(place, reach)| Some((place, reach?))).collect();
         let weigh = |weighing: Weighing<'_>| weighing.hypotheses().into_iter();
         let begin = self.stretch.len().saturating_sub(STRETCH);

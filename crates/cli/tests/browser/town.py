@@ -1,14 +1,16 @@
-"""A town of 12 × 12 blocks and a drive of 10 km through it, for a page of ten thousand places.
+"""A town of 12 × 12 blocks and a drive of 10 km through it, for a page of ten thousand places; or a larger one.
 
-    python3 town.py                       writes town.toml and town.txt
+    python3 town.py [BLOCKS METRES]       writes town.toml and town.txt
     topogrid simulate town.toml --waypoints town.txt --robot laser --firings 1 --seed 2 -o town.log
     topogrid run town.log -o runs/town --set places.spacing_m=0.9
     node load.mjs ../../../../target/browser /tmp runs/town/report.html
 """
 
 import random
+import sys
 
-BLOCKS, BLOCK, STREET, LENGTH = 12, 7.0, 2.5, 10_300.0
+BLOCKS, LENGTH = (int(sys.argv[1]), float(sys.argv[2])) if len(sys.argv) == 3 else (12, 10_300.0)
+BLOCK, STREET = 7.0, 2.5
 PITCH = BLOCK + STREET
 SIDE = BLOCKS * PITCH + STREET
 

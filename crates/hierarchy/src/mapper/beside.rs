@@ -2,7 +2,7 @@ use topo_map::{LinkId, Place, PlaceId};
 
 use super::{Mapper, MapperError};
 use crate::event::Event;
-use crate::recognize::reach::reach_from;
+use crate::recognize::reach::{Chains, reach_from};
 use crate::recognize::{Closure, Verdict, verify};
 
 /// Places that lie within so many metres see the same walls.
@@ -22,13 +22,14 @@ impl Mapper {
         if !self.config.recognition.enabled || !self.front_end.is_held_by_scans() {
             return Ok(Vec::new());
         }
+        let chains = Chains::of(&self.map);
         let places: Vec<PlaceId> = self.map.places().iter().filter(|place| place.is_visited()).map(|p| p.id).collect();
-        let found: Vec<Closure> = places.into_iter().filter_map(|place| self.measured_beside(place)).collect();
+        let found: Vec<Closure> = places.into_iter().filter_map(|place| self.measured_beside(place, &chains)).collect();
         self.close_all(found)
     }
 
     /// How a place lies to the nearest one of an earlier visit, if they are not linked yet.
-    fn measured_beside(&self, place: PlaceId) -> Option<Closure> {
+    fn measured_beside(&self, place: PlaceId, chains: &Chains) -> Option<Closure> {
         let at = |place| self.coordinates.map_from_place(place);
         let here = at(place).translation.vector;
         let distance = |known: &PlaceId| (at(*known).translation.vector - here).norm();
@@ -36,7 +37,7 @@ impl Mapper {
         near.retain(|known| known.0 + OF_ONE_VISIT < place.0 && self.map.place(*known).is_some_and(Place::is_visited));
         let known = near.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         let is_linked = self.map.links_between(place, known).next().is_some();
-        let reach = reach_from(&self.map, place, &[known]).pop().flatten().filter(|_| !is_linked)?;
+        let reach = reach_from(&self.map, chains, place, &[known]).pop().flatten().filter(|_| !is_linked)?;
         let variance = self.front_end.held().variance(&reach);
         if variance > SURE.powi(2) {
             return None;

@@ -65,7 +65,7 @@ impl Mapper {
             self.map.carry(link)?;
             events.push(Event::Carried { link });
         }
-        self.recognizer.tell_pieces(&self.map);
+        self.recognizer.tell_links(&self.map);
         Ok(events)
     }
 

@@ -48,6 +48,7 @@ impl Mapper {
 
     /// Weighs a place just visited against all others.
     pub(crate) fn recognize(&mut self, place: PlaceId) -> Vec<Closure> {
+        self.recognizer.tell_links(&self.map); // an explorer measures, merges and rejects as it likes
         self.recognizer.consider(&self.map, &self.coordinates, place, Sensing::Specular, self.front_end.held())
     }
 

@@ -69,7 +69,7 @@ impl Mapper {
                 recognizer.learn(place.id, signature);
             }
         }
-        recognizer.tell_pieces(&map);
+        recognizer.tell_links(&map);
         let set_down = set_down.last().copied();
         let remembers = memory.is_some();
         let Memory { taught, stretch, pending, held } = memory.unwrap_or_default();
