@@ -8,13 +8,14 @@ use crate::trajectory::Sample;
 /// Notices that the robot was carried: from one scan to the next everything around it is another, for good.
 ///
 /// A scan shows again what the scans just before it showed, the less of it the farther apart they were taken: of the echoes
-/// that can be compared a share `q(d) = 0.9 e^(−d/D)` agrees. Let `m` be the share that agrees across a moment, between the
-/// five views before it and the five after, `q` the share that their distances let expect, and `k ≤ 1` by how much fewer than
-/// expected agree among the views of either side. While the robot drives, `k q − m` is about 0; where it was carried only
-/// chance makes views agree. Both were measured, and the odds that it was carried are
+/// that can be compared a share `q(d) = 0.9 e^(−d/D)` agrees. Let `m` be the share of `n` comparable echoes that agrees across
+/// a moment, between the five views before it and the five after, `q` the share that their distances let expect, and `k ≤ 1`
+/// by how much fewer than expected agree among the views of either side. While the robot drives, `m` is `k q` but for the
+/// chance of so few echoes, of which each is counted more than once, and for corners; where it was carried only chance makes views agree.
+/// Both were measured, and the odds that it was carried are
 ///
 /// ```text
-/// log P(carried)/P(driven) + log N(k q − m; carried) − log N(k q − m; driven) + what a compass says
+/// log P(carried)/P(driven) + log N(m; 0.15, 0.14²) − log N(m; k q, 1.5 k q (1 − k q)/n + 0.07²) + what a compass says
 /// ```
 ///
 /// A compass that turns at that moment while the wheels do not speaks for it. One odd scan, a person before the lens or a turn
@@ -80,11 +81,13 @@ const AGREES: f64 = 0.9;
 /// Within how many metres that falls by e: sonars hear a wall only where it faces them, rays see it from everywhere.
 const FADES: f64 = 5.0;
 const FADES_FOR_RAYS: f64 = 15.0;
-/// By how much fewer echoes agree across a moment than expected, while the robot drives: −0.02 ± 0.08 for sonars (23,000 views
-/// of four explored offices), −0.02 ± 0.07 for lasers (3,900 of five real buildings), wider by a quarter for their tails.
-const DRIVEN: Normal = Normal { mean: -0.02, deviation: 0.1 };
-/// The same where it was set down somewhere else in the same building: 2,000 pairs of spots.
-const CARRIED: Normal = Normal { mean: 0.66, deviation: 0.14 };
+/// How often an echo is counted, since it is compared with several views: the variance of a share is so many times that of
+/// independent echoes.
+const COUNTED: f64 = 1.5;
+/// By how much the share varies besides, where a robot comes round a corner.
+const CORNERS: f64 = 0.07;
+/// The share that agrees where the robot was set down somewhere else in the same building: 2,000 pairs of spots.
+const CARRIED: Normal = Normal { mean: 0.15, deviation: 0.14 };
 /// Logarithm of the odds that a robot was carried between two scans, before looking: once in a million.
 const RARE: f64 = -13.8;
 /// Logarithm of the odds from which it is in question, so that a place that comes now can wait for the next scans.
@@ -129,13 +132,21 @@ impl CarryWatch {
     /// Logarithm of the odds that the robot was carried just before view number `moment`; `None` where too little is
     /// comparable.
     fn log_odds(&self, moment: usize) -> Option<f64> {
-        let missing = self.missing(moment)?;
+        let [beside, across] = self.agreements(moment);
+        if across.comparable < LEAST || beside.comparable < 2.0 * LEAST {
+            return None;
+        }
+        let agreeing = (beside.same / beside.expected).min(1.0);
+        let expected = agreeing * across.expected / across.comparable;
+        let variance = COUNTED * expected * (1.0 - expected) / across.comparable + CORNERS.powi(2);
+        let driven = Normal { mean: expected, deviation: variance.sqrt() };
+        let share = across.same / across.comparable;
         let by_compass = if self.is_turned(moment) { BY_COMPASS } else { 0.0 };
-        Some(RARE + CARRIED.log_density(missing) - DRIVEN.log_density(missing) + by_compass)
+        Some(RARE + CARRIED.log_density(share) - driven.log_density(share) + by_compass)
     }
 
-    /// By how much fewer echoes agree across a moment than the views on its sides let expect.
-    fn missing(&self, moment: usize) -> Option<f64> {
+    /// How views agree with others on their own side of a moment, and across it.
+    fn agreements(&self, moment: usize) -> [Agreement; 2] {
         let [mut beside, mut across] = [Agreement::default(); 2];
         let begin = moment.saturating_sub(Self::SIDE);
         for (number, view) in self.views.iter().enumerate().skip(begin) {
@@ -144,9 +155,7 @@ impl CarryWatch {
                 *(if crosses { &mut across } else { &mut beside }) += *agrees;
             }
         }
-        let says = across.comparable >= LEAST && beside.comparable >= 2.0 * LEAST;
-        let agreeing = (beside.same / beside.expected).min(1.0);
-        says.then(|| (agreeing * across.expected - across.same) / across.comparable)
+        [beside, across]
     }
 
     /// Whether a compass says that the robot was turned without its wheels.
