@@ -94,6 +94,10 @@ const RARE: f64 = -13.8;
 const IN_QUESTION: f64 = RARE + 7.0;
 /// Views after a moment from which it can be in question.
 const FIRST_LOOK: usize = 3;
+/// Views farther apart than this, in metres and radians, are not judged: those of rays, which look ahead only, and those of
+/// sonars, which hear all around. (In Örebro, with scans 1 to 2.5 m apart, a door looked like being carried.)
+const LEAP_OF_RAYS: (f64, f64) = (0.6, 0.8);
+const LEAP: (f64, f64) = (1.2, std::f64::consts::PI);
 /// A compass contradicts the wheels where it differs from them by more than this in radians, in each view after the moment, and
 /// by less than half in each before.
 const TURNED: f64 = 0.35;
@@ -132,6 +136,11 @@ impl CarryWatch {
     /// Logarithm of the odds that the robot was carried just before view number `moment`; `None` where too little is
     /// comparable.
     fn log_odds(&self, moment: usize) -> Option<f64> {
+        let leap = self.views[moment - 1].track_from_robot.inv_mul(&self.views[moment].track_from_robot);
+        let most = if self.views[moment].is_precise { LEAP_OF_RAYS } else { LEAP };
+        if leap.translation.vector.norm() > most.0 || leap.rotation.angle().abs() > most.1 {
+            return None;
+        }
         let [beside, across] = self.agreements(moment);
         if across.comparable < LEAST || beside.comparable < 2.0 * LEAST {
             return None;

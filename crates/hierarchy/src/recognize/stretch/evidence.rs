@@ -32,6 +32,8 @@ pub(super) struct Comparison {
     known: PlaceId,
     pub(super) map_from_known: Isometry2<f64>,
     log_ratio: f64,
+    /// The share of the greatest χ² within which it agrees firmly.
+    firm: f64,
     /// Where the old place was measured, the information of that, and the greatest χ² at which it still agrees; absent where
     /// the two do not look alike.
     pub(super) measured: Option<(Isometry2<f64>, Matrix3<f64>, f64)>,
@@ -58,9 +60,6 @@ struct Misfit {
 pub(crate) const OVERLAP: f64 = 1.2;
 /// 99 % of the χ² distribution with two degrees of freedom, and with three: beyond it a likeness does not agree.
 const CHI2_99: [f64; 2] = [9.21, 11.34];
-/// The share of that within which it agrees firmly. Of 2,083 alignments in explored offices half erred by less than a tenth of
-/// what their covariance says, and 98 % by less than this (χ² of 2.3): those beyond were drawn aside by something else.
-const FIRM: f64 = 0.25;
 /// What a view says that does not look like the old place on which it would lie.
 pub(crate) const UNLIKE: f64 = -1.5;
 impl Evidence {
@@ -104,7 +103,7 @@ impl Sighted {
         view: &View,
         wanted: impl Fn(PlaceId) -> bool,
         coordinates: &Coordinates,
-        turn_error: f64,
+        (turn_error, firm): (f64, f64),
     ) -> Self {
         let map_from_place = coordinates.map_from_place(view.place);
         let comparison = |(number, likeness): (usize, &Likeness)| Comparison {
@@ -112,6 +111,7 @@ impl Sighted {
             known: likeness.known,
             map_from_known: coordinates.map_from_place(likeness.known),
             log_ratio: likeness.log_ratio,
+            firm,
             measured: likeness.displacement.and_then(|measured| seen(&measured, turn_error)),
         };
         let wanted = view.likenesses.iter().enumerate().filter(|(_, likeness)| wanted(likeness.known));
@@ -144,7 +144,7 @@ impl Comparison {
         let turn = if information[(2, 2)] > 0.0 { expected.rotation.angle_to(&measured.rotation) } else { 0.0 };
         let residual = Vector3::new(off.x, off.y, turn);
         let chi2 = residual.dot(&(information * residual));
-        let misfit = Misfit { residual, information: *information, is_firm: chi2 < FIRM * bound };
+        let misfit = Misfit { residual, information: *information, is_firm: chi2 < self.firm * bound };
         ((self.log_ratio - 0.5 * chi2).max(UNLIKE), (chi2 < *bound).then_some(misfit))
     }
 }
