@@ -136,7 +136,7 @@ impl Explorer {
             return Ok(None);
         }
         let neighbourhood = self.options.neighbourhood;
-        let tried = |link: &Link| self.tried.get(&link.id).copied().unwrap_or(0);
+        let tried = |link: &Link| self.tries(link.id);
         let is_near = |link: &Link, way: f64| way < neighbourhood && tried(link) <= AGAIN_AT_ONCE;
         if let Some(travel) = self.cheapest(map, here.place, is_near) {
             self.phase = Phase::Traveling(travel);
@@ -228,7 +228,7 @@ impl Explorer {
         let candidates = open_predictions(map).flat_map(|link| [(link, link.from), (link, link.to)]);
         let priced = candidates.filter_map(|(link, start)| {
             let way = distances.get(start.index()).copied().filter(|way| way.is_finite() && may(link, *way))?;
-            let again = SECOND_TRY * f64::from(self.tried.get(&link.id).copied().unwrap_or(0));
+            let again = SECOND_TRY * f64::from(self.tries(link.id));
             let price = way + link.distance() + self.penalty(map, link) + again;
             Some((price, link, start))
         });

@@ -151,9 +151,10 @@ impl Explorer {
         if left <= options.arrival {
             return Err(HopEnd::Arrived);
         }
-        let blocked = HopEnd::Blocked(travel.hops[0].link);
-        let patience = if travel.is_last() { 1 } else { self.patience(travel.hops[0].link) };
-        let (near_enough, longer) = (options.near_enough, f64::from(patience));
+        let link = travel.hops[0].link;
+        let blocked = HopEnd::Blocked(link);
+        let (tries, patience) = if travel.is_last() { (0, 1) } else { (self.tries(link), self.patience(link)) };
+        let (near_enough, longer) = (options.near_enough * f64::from(1 + tries), f64::from(patience));
         let too_far = travel.driven > longer * (options.detour * length + 1.0) + 0.5 * f64::from(travel.bumps);
         if travel.bumps > MOST_BUMPS * patience || too_far {
             return Err(if left <= near_enough { HopEnd::Arrived } else { blocked });
@@ -193,7 +194,13 @@ impl Explorer {
     /// How many times as much the robot puts up with on a way that it has come before: more with each try, and more again when
     /// no other way is left.
     fn patience(&self, link: LinkId) -> u32 {
-        1 + self.tried.get(&link).copied().unwrap_or(0) + self.options.retries * self.shut_in
+        1 + self.tries(link) + self.options.retries * self.shut_in
+    }
+
+    /// How many times it has been stopped there since. With each it passes the place at the end from farther off: it must not be
+    /// stopped for ever by what stands there now.
+    pub(super) fn tries(&self, link: LinkId) -> u32 {
+        self.tried.get(&link).copied().unwrap_or(0)
     }
 
     /// The robot stands where the hop should lead: at the end of its journey it looks all around.
