@@ -14,12 +14,10 @@ use crate::mapper::{Mapper, MapperError};
 /// links let expect, believes what looks alike, and keeps some doubt, so that a robot that is carried away is found again.
 /// The map is not changed.
 ///
-/// ```no_run
-/// # fn entries() -> Vec<robot_log::Entry> { vec![] }
-/// # fn finished() -> hierarchy::Mapper { unimplemented!() }
-/// let map = finished();
-/// let mut finder = map.finder()?;
-/// for entry in entries() {
+/// ```
+/// # let (map, entries) = (hierarchy::Mapper::new(hierarchy::Config::default())?, Vec::<robot_log::Entry>::new());
+/// let mut finder = map.finder()?; // `map` is a finished `Mapper`, or one that was loaded
+/// for entry in entries {
 ///     if let Some(pose) = finder.push(&entry)?.and_then(|seen| seen.map_from_robot) {
 ///         println!("at {:.1} m, {:.1} m", pose.translation.x, pose.translation.y);
 ///     }
