@@ -478,7 +478,7 @@ impl Exploration {
         let covariance = last.uncertainty(at, driven, &self.explorer.options().dead_reckoning) + seen;
         let measured = Displacement { vector: at - offset - last.center, covariance, turn: None };
         let links = self.mapper.topology().links_between(last.place, *place);
-        let gone = links.into_iter().filter(|link| link.origin == LinkOrigin::Traveled);
-        gone.into_iter().any(|link| link.displacement_from(last.place).disagreement(&measured) > ELSEWHERE)
+        let mut gone = links.filter(|link| link.origin == LinkOrigin::Traveled);
+        gone.any(|link| link.displacement_from(last.place).disagreement(&measured) > ELSEWHERE)
     }
 }

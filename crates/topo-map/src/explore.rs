@@ -121,12 +121,13 @@ impl Default for ExplorerOptions {
 ///
 /// # It ends
 ///
-/// Every travel resolves the predicted link it set out for, after [`ExplorerOptions::retries`] more tries at the latest (it becomes traveled, blocked
-/// or rejected, and nothing makes a link predicted again), or blocks a traveled link on the way there, which is opened
-/// again at most [`ExplorerOptions::retries`] times, and as often after each of the times that the robot would else be
-/// shut in: at most three between two predicted links that are resolved. From a place something is predicted only in directions that are
-/// [`ExplorerOptions::link_separation`] from all that were predicted from it before, so at most `2π / separation` times, and
-/// there are at most [`ExplorerOptions::max_places`] places. A single hop ends, because its length driven is bounded.
+/// Every travel resolves the predicted link it set out for, after [`ExplorerOptions::retries`] more tries at the latest
+/// (it becomes traveled, blocked or rejected, and nothing makes a link predicted again), or blocks a traveled link on
+/// the way there, which is opened again at most [`ExplorerOptions::retries`] times, and as often after each of the
+/// times that the robot would else be shut in: at most three between two predicted links that are resolved. From a
+/// place something is predicted only in directions that are [`ExplorerOptions::link_separation`] from all that were
+/// predicted from it before, so at most `2π / separation` times, and there are at most [`ExplorerOptions::max_places`]
+/// places. A single hop ends, because its length driven is bounded.
 #[derive(Debug)]
 pub struct Explorer {
     options: ExplorerOptions,

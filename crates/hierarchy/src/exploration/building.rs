@@ -30,8 +30,8 @@ const ASKEW: f64 = 0.003;
 impl Building {
     /// By how many radians the map should be turned, now that this is known of the building's direction.
     ///
-    /// Only the first direction that holds the heading turns it, and only while it does. One that was begun with anew is that of other
-    /// walls: what is learnt of it says nothing of headings of before, and by then compass and closures hold the map.
+    /// Only the first direction that holds the heading turns it, and only while it does. One that was begun with anew is that
+    /// of other walls: what is learnt of it says nothing of headings of before, and by then compass and closures hold the map.
     pub(super) fn learn(&mut self, now: &Direction) -> Option<f64> {
         let Some(Learning { measured, taught, anew }) = &mut self.first else {
             self.first = now.holds.then(|| Learning::of(now));

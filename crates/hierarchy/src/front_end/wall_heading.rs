@@ -21,7 +21,8 @@ pub(crate) use belief::{Belief, Needle, Scatter};
 ///
 /// Not every wall runs with the building. A wall at an angle `ν` from where it is expected counts by the probability that
 /// it does, against one that stands at any angle (*probabilistic data association*, Bar-Shalom & Tse 1975); and how true
-/// walls run here is learnt ([`Scatter`]). The first walls only teach, and where walls keep contradicting each other the building has no direction and holds nothing.
+/// walls run here is learnt ([`Scatter`]). The first walls only teach, and where walls keep contradicting each other the
+/// building has no direction and holds nothing.
 #[derive(Debug)]
 pub(crate) struct WallHeading {
     noise: Noise,

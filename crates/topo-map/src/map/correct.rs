@@ -10,7 +10,8 @@ impl<S> TopoMap<S> {
     /// `covariance` (m²).
     ///
     /// The links of `absorbed` are bent to end at the centre of `kept`, and are as much less sure as the offset is unsure; a
-    /// link between the two loses its meaning and is rejected. This cannot be undone: what should stay revocable is a [`Self::recognize`].
+    /// link between the two loses its meaning and is rejected. This cannot be undone: what should stay revocable is a
+    /// [`Self::recognize`].
     ///
     /// # Errors
     ///

@@ -11,8 +11,8 @@ use crate::trajectory::Sample;
 /// that can be compared a share `q(d) = 0.9 e^(−d/D)` agrees. Let `m` be the share of `n` comparable echoes that agrees across
 /// a moment, between the five views before it and the five after, `q` the share that their distances let expect, and `k ≤ 1`
 /// by how much fewer than expected agree among the views of either side. While the robot drives, `m` is `k q` but for the
-/// chance of so few echoes, of which each is counted more than once, and for corners; where it was carried only chance makes views agree.
-/// Both were measured, and the odds that it was carried are
+/// chance of so few echoes, of which each is counted more than once, and for corners; where it was carried only chance makes
+/// views agree. Both were measured, and the odds that it was carried are
 ///
 /// ```text
 /// log P(carried)/P(driven) + log N(m; 0.15, 0.14²) − log N(m; k q, 1.5 k q (1 − k q)/n + 0.07²) + what a compass says

@@ -62,6 +62,7 @@ pub(crate) const OVERLAP: f64 = 1.2;
 const CHI2_99: [f64; 2] = [9.21, 11.34];
 /// What a view says that does not look like the old place on which it would lie.
 pub(crate) const UNLIKE: f64 = -1.5;
+
 impl Evidence {
     /// What the views together say of a motion; `pivot` is the point of the map about which the stretch turns.
     pub(super) fn of(views: &[Sighted], motion: &Isometry2<f64>, pivot: Vector2<f64>) -> Self {
