@@ -1,6 +1,7 @@
 //! `topogrid`: from a robot's log to a topological map and a consistent gridmap, on the command line.
 
 mod args;
+mod command_line;
 mod commands;
 mod context;
 mod exit;
@@ -22,7 +23,7 @@ mod settings;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let cli = match args::parse() {
+    let cli = match command_line::parse() {
         Ok(cli) => cli,
         Err(code) => return code,
     };

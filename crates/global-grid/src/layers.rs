@@ -180,7 +180,7 @@ pub fn read_layers(frame: GridFrame, empty: impl BufRead, occupied: impl BufRead
 /// The degrees of a layer, lowest row first.
 fn degrees(frame: &GridFrame, layer: Layer, input: impl BufRead) -> Result<Vec<f32>, LayerError> {
     let name = layer.name();
-    let shades = crate::map_server::Shades::read(input).map_err(|error| LayerError::Image { name, error })?;
+    let shades = crate::map_server::read_shades(input).map_err(|error| LayerError::Image { name, error })?;
     if (shades.height, shades.width) != (frame.rows(), frame.columns()) {
         return Err(LayerError::Size { name, expected: frame.n_cells(), got: shades.width * shades.height });
     }

@@ -1,16 +1,18 @@
 //! `map.pgm` and `map.yaml` as the ROS map server writes and reads them.
 
 mod image;
+mod pgm;
 mod png;
 mod read;
+mod shades;
 mod write;
 mod yaml;
 
 use local_grid::GridFrame;
 
-pub use image::ImageError;
-pub(crate) use image::Shades;
+pub(crate) use image::read_shades;
 pub use read::{MapImage, ReadError, read_image};
+pub use shades::ImageError;
 pub use write::{write_pgm, write_raw, write_scale, write_yaml};
 pub use yaml::MetadataError;
 

@@ -5,7 +5,7 @@ use local_grid::{
     nalgebra::{Isometry2, Point2, Vector2},
 };
 
-use crate::segment::gates::Gate;
+use crate::segment::gate::Gate;
 
 /// A passage between two regions: a door, a junction, an opening.
 #[derive(Debug, Clone, PartialEq)]

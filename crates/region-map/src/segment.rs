@@ -4,7 +4,9 @@ pub(crate) mod carve;
 pub(crate) mod chords;
 pub(crate) mod clean;
 pub(crate) mod crop;
+pub(crate) mod gate;
 pub(crate) mod gates;
+pub(crate) mod kept;
 pub(crate) mod mouths;
 pub(crate) mod watershed;
 
@@ -20,7 +22,8 @@ use crate::{
     segment::carve::{Carved, carve},
     segment::clean::fill_furniture,
     segment::crop::{Cropped, crop, write_back},
-    segment::gates::{Gate, Scale, find_gates},
+    segment::gate::{Gate, Scale},
+    segment::gates::find_gates,
     segment::watershed::flood,
 };
 

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 
-use crate::args::Cli;
+use crate::command_line::Cli;
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;

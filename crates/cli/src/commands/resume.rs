@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser};
 
-use crate::args::Cli;
+use crate::command_line::Cli;
 use crate::commands::run::{Job, OutputArgs, go_on};
 use crate::commands::{Command, demo};
 use crate::context::Context;

@@ -1,6 +1,6 @@
 use std::io::BufRead;
 
-use super::image::{Gray, ImageError, Shades};
+use super::shades::{Gray, ImageError, Shades};
 
 /// Bytes that a PNG may take when decoded.
 const MOST_BYTES: usize = 8 << 30;

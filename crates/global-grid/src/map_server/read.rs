@@ -3,7 +3,8 @@ use std::io::BufRead;
 use local_grid::{FrameError, Grid, GridFrame};
 use nalgebra::{Isometry2, Point2, Vector2};
 
-use super::image::Shades;
+use super::image::read_shades;
+use super::shades::Shades;
 use super::{ImageError, MapMetadata, Mode};
 use crate::Occupancy;
 
@@ -40,7 +41,7 @@ impl MapImage {
 ///
 /// An image that is broken, cut off, or larger than a grid can be.
 pub fn read_image(metadata: &MapMetadata, input: impl BufRead) -> Result<MapImage, ReadError> {
-    let shades = Shades::read(input)?;
+    let shades = read_shades(input)?;
     let [x, y, yaw] = metadata.origin;
     let (origin, map_from_grid) = if yaw == 0.0 {
         (Point2::new(x, y), Isometry2::identity())

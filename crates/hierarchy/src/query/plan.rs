@@ -14,7 +14,8 @@ use nalgebra::Point2;
 use region_map::RegionMap;
 use robot_log::local_grid::{FuzzyGrid, Grid};
 
-use doors::{Door, doors, shut};
+use crossings::crossings;
+use doors::{Door, gateways, shut};
 use legs::{Chain, Leg};
 use pieces::Pieces;
 use straighten::Ground;
@@ -94,7 +95,8 @@ impl<'a> Planner<'a> {
         let mut unsafety = unsafety(gridmap, options)?;
         map.gateways.iter().filter(|gateway| gateway.blocked).for_each(|gateway| shut(&mut unsafety, gateway));
         let pieces = Pieces::of(map);
-        let doors = doors(&unsafety, map, &pieces, options);
+        let mut doors = gateways(&unsafety, map, options);
+        doors.extend(crossings(&unsafety, map, &pieces, options));
         let (exits, legs, ways) = (Vec::new(), Vec::new(), Vec::new());
         let mut planner = Self { gridmap, map, options: options.clone(), unsafety, pieces, doors, exits, legs, ways };
         planner.prepare();

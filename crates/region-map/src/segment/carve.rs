@@ -6,8 +6,9 @@ use std::ops::Range;
 use crate::{
     components::{Components, components},
     plane::{Plane, cell},
-    segment::chords::{Beside, beside},
-    segment::gates::{Gate, Pinches, Scale},
+    segment::chords::beside,
+    segment::gate::{Beside, Gate, Scale},
+    segment::gates::Pinches,
 };
 
 /// A piece of fewer cells than a region has is merged before anything else.

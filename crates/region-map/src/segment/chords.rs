@@ -1,17 +1,9 @@
 //! How wide space is beside a gate.
 
-use crate::{plane::cell, segment::gates::Gate};
-
-/// The space on one side of a gate, measured by chords parallel to it.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Beside {
-    /// Median length of the chords, in cells.
-    pub(crate) chord: f64,
-    /// How far from the gate the chords have gained half of what they gain, in cells.
-    pub(crate) neck: f64,
-    /// How wide space opens to both sides alike: upper quartile of twice the shorter halves of the chords, in cells.
-    pub(crate) opening: f64,
-}
+use crate::{
+    plane::cell,
+    segment::gate::{Beside, Gate},
+};
 
 /// At most about this many chords are measured on a side.
 const CHORDS: f64 = 24.0;

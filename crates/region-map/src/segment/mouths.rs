@@ -2,12 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{
-    distance::DistanceField,
-    plane::cell,
-    segment::chords::reach,
-    segment::gates::{Gate, Kept},
-};
+use crate::{distance::DistanceField, plane::cell, segment::chords::reach, segment::gate::Gate, segment::kept::Kept};
 
 /// The disc that fits into a hall, 1.5 widths before its mouth, is at least this many times as wide as the mouth. A corridor
 /// that meets another of its kind does not count.

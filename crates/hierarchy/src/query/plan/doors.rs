@@ -5,8 +5,6 @@ use nalgebra::Point2;
 use region_map::{Gateway, RegionMap};
 use robot_log::local_grid::{Grid, GridFrame};
 
-use super::crossings::crossings;
-use super::legs::Ordered;
 use super::pieces::Pieces;
 
 /// A cell in which two pieces meet.
@@ -25,15 +23,14 @@ const SILL: f64 = 0.3;
 /// A gateway is passed in one place in so many metres, so that ways can keep to either post.
 const PASSAGE: f64 = 0.4;
 
-/// The gateways that can be passed, and the crossings between the pieces of one region.
-pub(super) fn doors(unsafety: &Grid<f32>, map: &RegionMap, pieces: &Pieces, options: &PlanOptions) -> Vec<Door> {
-    let mut doors = Vec::new();
-    for (index, gateway) in map.gateways.iter().enumerate().filter(|(_, gateway)| !gateway.blocked) {
-        let door = |point| Door { point, regions: gateway.regions, gateway: Some(index) };
-        doors.extend(passages(unsafety, gateway, options).into_iter().map(door));
-    }
-    doors.extend(crossings(unsafety, map, pieces, options));
-    doors
+/// The gateways that can be passed.
+pub(super) fn gateways(unsafety: &Grid<f32>, map: &RegionMap, options: &PlanOptions) -> Vec<Door> {
+    let open = map.gateways.iter().enumerate().filter(|(_, gateway)| !gateway.blocked);
+    open.flat_map(|(index, gateway)| {
+        let door = move |point| Door { point, regions: gateway.regions, gateway: Some(index) };
+        passages(unsafety, gateway, options).into_iter().map(door)
+    })
+    .collect()
 }
 
 impl Door {
@@ -87,8 +84,10 @@ pub(super) fn safest_of_stretches<'a, T: Copy + 'a>(
 ) -> Vec<T> {
     let cut = |run: &'a [T]| run.chunks(run.len().div_ceil(run.len().div_ceil(longest)));
     let best = |stretch: &'a [T]| {
-        let key = |(k, at): &(usize, &T)| (Ordered(risk(at)), (2 * k + 1).abs_diff(stretch.len()));
-        stretch.iter().enumerate().min_by_key(key).map(|(_, at)| *at)
+        let aside = |k: usize| (2 * k + 1).abs_diff(stretch.len());
+        let safest =
+            |(k, a): &(usize, &T), (l, b): &(usize, &T)| risk(a).total_cmp(&risk(b)).then(aside(*k).cmp(&aside(*l)));
+        stretch.iter().enumerate().min_by(safest).map(|(_, at)| *at)
     };
     runs.filter(|run| !run.is_empty()).flat_map(cut).filter_map(best).collect()
 }

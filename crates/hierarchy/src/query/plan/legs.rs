@@ -97,7 +97,7 @@ impl Search {
 
 /// A cost that can be compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ordered(pub(super) f64);
+struct Ordered(f64);
 
 impl Eq for Ordered {}
 

@@ -2,7 +2,7 @@ use std::fmt::Write as _;
 
 use clap::{Command, CommandFactory};
 
-use crate::args::Cli;
+use crate::command_line::Cli;
 
 /// The commands by what they are for; what is in none of these groups is listed at the end.
 const GROUPS: [(&str, &[&str]); 5] = [
