@@ -9,6 +9,17 @@ pub(crate) struct Numbered {
     pub(crate) count: usize,
 }
 
+impl Numbered {
+    /// Takes the label from the cells of regions, told by their new labels, in the plane that was numbered.
+    pub(crate) fn drop_from(&self, labels: &mut Plane<u32>, unfit: impl Fn(usize) -> bool) {
+        let gone = |label: u32| match usize::from(self.names[label as usize]) {
+            0 => false,
+            name => unfit(name),
+        };
+        labels.cells.iter_mut().filter(|label| gone(**label)).for_each(|label| *label = 0);
+    }
+}
+
 /// Takes the label from pieces of fewer than `least` cells, so that what lies beside them can take them over.
 pub(crate) fn drop_crumbs(labels: &mut Plane<u32>, least: f64) {
     let keep: Vec<bool> = large_enough(labels, least).collect();

@@ -26,6 +26,9 @@ pub struct Options {
     pub widest_gateway: f64,
     /// Smaller pieces join a neighbour, or are dropped where they have none, `[0, 1000]` m².
     pub least_area: f64,
+    /// What is narrower in the mean is no region, `[0, 10]` m: nobody can stand in the strips that readings show behind a
+    /// dotted wall.
+    pub narrowest_region: f64,
 }
 
 impl Default for Options {
@@ -39,6 +42,7 @@ impl Default for Options {
             narrowest_gateway: 0.4,
             widest_gateway: 4.0,
             least_area: 1.5,
+            narrowest_region: 0.6,
         }
     }
 }
@@ -101,6 +105,7 @@ impl Options {
                 (0.0..=10.0).contains(&self.narrowest_gateway),
             ),
             ("widest_gateway", "in [0.1, 20] m", self.widest_gateway, (0.1..=20.0).contains(&self.widest_gateway)),
+            ("narrowest_region", "in [0, 10] m", self.narrowest_region, (0.0..=10.0).contains(&self.narrowest_region)),
             ("least_area", "in [0, 1000] m²", self.least_area, (0.0..=1000.0).contains(&self.least_area)),
         ];
         match checks.into_iter().find(|check| !check.3) {

@@ -73,13 +73,20 @@ fn run(free: &Grid<f32>, unknown: Option<&Grid<bool>>, options: &Options) -> Res
     let Carved { mut labels, gates } = carve(&plane, &find_gates(&plane, &field, scale), scale, least);
     drop_crumbs(&mut labels, least);
     flood(&plane, &field, &mut labels);
-    let Numbered { labels, names, count } = number(&labels, least)?;
-    let mut map = RegionMap { labels: Grid::new(frame), regions: Vec::new(), gateways: Vec::new() };
-    write_back(&labels, origin, &mut map.labels);
-    map.gateways = gateways(&gates, &names, free, origin);
-    let survey = Survey { labels: &labels, field: &field, free, unknown, threshold: options.threshold, origin };
-    map.regions = survey.regions(count);
-    tracing::debug!(regions = count, gateways = map.gateways.len());
+    let survey = |Numbered { labels, count, .. }: &Numbered| {
+        Survey { labels, field: &field, free, unknown, threshold: options.threshold, origin }.regions(*count)
+    };
+    let mut numbered = number(&labels, least)?;
+    let mut regions = survey(&numbered);
+    if regions.iter().any(|region| region.width < options.narrowest_region) {
+        numbered.drop_from(&mut labels, |name| regions[name - 1].width < options.narrowest_region);
+        numbered = number(&labels, least)?;
+        regions = survey(&numbered);
+    }
+    let mut map = RegionMap { labels: Grid::new(frame), regions, gateways: Vec::new() };
+    write_back(&numbered.labels, origin, &mut map.labels);
+    map.gateways = gateways(&gates, &numbered.names, free, origin);
+    tracing::debug!(regions = map.regions.len(), gateways = map.gateways.len());
     Ok(map)
 }
 

@@ -147,9 +147,25 @@ fn options_that_mean_nothing_are_refused() {
         Options { furniture: -1.0, ..Options::default() },
         Options { widest_gateway: f64::INFINITY, ..Options::default() },
         Options { least_area: f64::NAN, ..Options::default() },
+        Options { narrowest_region: -0.1, ..Options::default() },
     ] {
         let error = segment(&free, &options).unwrap_err().to_string();
         assert!(error.starts_with("option ") && error.contains("must be"), "{error}");
+    }
+}
+
+/// Behind the dotted wall of a corridor readings show a strip of empty space, joined with it by a hole or not.
+#[test]
+fn a_strip_in_which_nobody_can_stand_is_no_region() {
+    let (corridor, strip, hole) = (([0.0, 0.0], [8.0, 1.5]), ([0.0, 1.7], [8.0, 2.1]), ([3.0, 1.5], [3.5, 1.7]));
+    for floor in [vec![corridor, strip], vec![corridor, strip, hole]] {
+        let free = draw(&floor, 0.05, 0.0);
+        let with = |narrowest_region| segment(&free, &Options { narrowest_region, ..Options::default() }).unwrap();
+        assert_eq!(with(0.0).regions.len(), 2, "of {} parts", floor.len());
+        let map = with(Options::default().narrowest_region);
+        assert_eq!((map.regions.len(), map.gateways.len()), (1, 0), "of {} parts", floor.len());
+        assert_abs_diff_eq!(map.regions[0].width, 1.5, epsilon = 0.1);
+        assert_eq!(map.labels.at([6.0, 1.9].into()), Some(&0), "the strip belongs to nothing");
     }
 }
 
