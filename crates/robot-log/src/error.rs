@@ -70,6 +70,9 @@ pub enum LogErrorKind {
     /// Not text.
     #[error("is a binary file, expected a text log")]
     Binary,
+    /// A line of a text in which a zero byte stands, as a disk that lost its power leaves them.
+    #[error("a zero byte stands in the line, expected text")]
+    ZeroByte,
     /// A line without end.
     #[error("a line of more than {limit} bytes, expected a text log")]
     LineTooLong {
@@ -115,6 +118,7 @@ impl LogErrorKind {
             Self::Unread { .. } => "log.unread",
             Self::Foreign { .. } => "log.foreign",
             Self::Binary => "log.binary",
+            Self::ZeroByte => "log.zero_byte",
             Self::LineTooLong { .. } => "log.line_too_long",
             Self::Field { .. } => "log.field",
             Self::Backwards { .. } => "log.backwards",
@@ -127,7 +131,7 @@ impl LogErrorKind {
     /// Whether the fault lies in one line, so that a lenient reader can leave the line out and go on.
     #[must_use]
     pub fn is_local(&self) -> bool {
-        matches!(self, Self::Field { .. } | Self::Backwards { .. } | Self::Sensor(_))
+        matches!(self, Self::Field { .. } | Self::Backwards { .. } | Self::Sensor(_) | Self::ZeroByte)
     }
 }
 

@@ -37,14 +37,18 @@ impl<R: BufRead> Lines<R> {
         while self.line.last().is_some_and(|byte| matches!(byte, b'\n' | b'\r')) {
             self.line.pop();
         }
-        if self.line.contains(&0) {
+        if self.number == 1 && self.line.contains(&0) {
             return Err(self.error(LogErrorKind::Binary));
         }
         Ok(true)
     }
 
-    pub(crate) fn line(&self) -> &[u8] {
-        &self.line
+    /// The present line, unless a disk that lost its power left zeros in it.
+    pub(crate) fn text(&self) -> Result<&[u8], Fault> {
+        match self.line.iter().position(|byte| *byte == 0) {
+            Some(at) => Err(Fault { kind: LogErrorKind::ZeroByte, span: Some(at..at + 1) }),
+            None => Ok(&self.line),
+        }
     }
 
     pub(crate) fn name(&self) -> &str {

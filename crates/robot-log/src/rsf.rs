@@ -51,7 +51,7 @@ impl RsfReader {
         let (mut columns, mut report) = (Columns::default(), LogReport::default());
         while lines.advance()? {
             report.lines += 1;
-            if let Err(fault) = columns.take(lines.line(), &mut report) {
+            if let Err(fault) = lines.text().and_then(|line| columns.take(line, &mut report)) {
                 let error = lines.fault(fault);
                 if !(lenient && error.kind.is_local()) {
                     return Err(error);

@@ -40,7 +40,8 @@ impl<R: BufRead, G: Grammar> Told<R, G> {
     fn advance(&mut self) -> Result<Option<Entry>, LogError> {
         while self.told.is_empty() && self.lines.advance()? {
             self.report.lines += 1;
-            if let Err(fault) = self.grammar.read(self.lines.line(), &mut self.told, &mut self.report) {
+            let text = self.lines.text();
+            if let Err(fault) = text.and_then(|line| self.grammar.read(line, &mut self.told, &mut self.report)) {
                 let error = self.lines.fault(fault);
                 if !(self.grammar.is_lenient() && error.kind.is_local()) {
                     return Err(error);

@@ -21,7 +21,7 @@ fn files_that_are_no_log_are_refused_by_what_they_are() {
     assert!(matches!(first_error(b""), LogErrorKind::Empty));
     assert!(matches!(first_error(b"# only a comment\n\n"), LogErrorKind::Empty));
     assert!(matches!(first_error(b"\x7fELF\x02\x01\x01\0\0\0\0"), LogErrorKind::Binary));
-    assert!(matches!(first_error(b"ODOM 1 2 3 0 0 0 1 h 1\nODOM\0"), LogErrorKind::Binary));
+    assert!(matches!(first_error(b"ODOM 1 2\0 3 0 0 0 1 h 1\nODOM"), LogErrorKind::Binary));
     assert!(matches!(first_error(b"12,13,14\n"), LogErrorKind::NeedsDescription));
     assert!(matches!(first_error(b"O 1 2 3 4\nL 1 2 3\n"), LogErrorKind::Foreign { messages } if messages == "L`, `O"));
     assert!(matches!(first_error(b"hello world\n"), LogErrorKind::Field { .. }));
@@ -33,6 +33,17 @@ fn a_log_of_which_no_line_can_be_read_is_refused_with_the_first_of_them() {
         CarmenReader::new("x", &b"o;1;2\nl;3;4\n"[..], CarmenOptions { lenient: true, ..CarmenOptions::default() });
     let error = log.unwrap().find_map(Result::err).expect("an error");
     assert!(matches!(&error.kind, LogErrorKind::Unread { lines: 2, first } if first.contains("x:1:1")), "{error}");
+}
+
+#[test]
+fn zeros_in_a_line_spoil_that_line_only() {
+    let line = b"ODOM 1 2 3 0 0 0 1 h 1\n";
+    let text = [&line[..], b"ODOM 1 2 3 0 0\0\0\0\n", line].concat();
+    assert!(matches!(first_error(&text), LogErrorKind::ZeroByte));
+    let lenient = CarmenOptions { lenient: true, ..CarmenOptions::default() };
+    let mut log = CarmenReader::new("x", text.as_slice(), lenient).unwrap();
+    assert_eq!(log.by_ref().map(Result::unwrap).count(), 2);
+    assert_eq!(log.report().errors[0].to_string(), "x:2:15: a zero byte stands in the line, expected text");
 }
 
 #[test]

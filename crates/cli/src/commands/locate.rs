@@ -1,22 +1,28 @@
-use std::fmt::Write as _;
+mod summary;
+mod track;
+
 use std::path::PathBuf;
 
 use clap::Args;
-use hierarchy::topo_map::Recognition;
 use hierarchy::{FinderError, Whereabouts};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::context::Context;
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::files;
 use crate::input::{self, ReadingArgs, session};
 
 /// Where the robot of a log is in a finished map, wherever it was switched on
 ///
-/// The map stays as it is. Each line tells of a place at which the robot became sure, or lost itself.
+/// The map stays as it is. What is printed fits on a screen: how much of the way was known, where the robot was when each
+/// tenth of the way was driven, and where it is at the end. All places that it left are in `--out` and `--json`.
 ///
-/// Example: topogrid locate runs/office tuesday.log
+/// Examples:
+///   topogrid locate runs/office tuesday.log
+///   topogrid locate runs/office tuesday.log -o tuesday.csv
 #[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct LocateArgs {
     /// The map: a run folder, or its session.hmap
     #[arg(value_name = "RUN")]
@@ -24,7 +30,13 @@ pub(crate) struct LocateArgs {
     /// What the robot sensed: CARMEN, CSV or libRSF text, plain or gzip; `-` reads standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
-    /// Tell of every place that the robot leaves
+    /// Write every place that the robot left into this file, as CSV
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace the file where it exists
+    #[arg(long, requires = "out")]
+    force: bool,
+    /// Print a line for every place that the robot leaves
     #[arg(long)]
     every: bool,
     #[command(flatten)]
@@ -33,6 +45,10 @@ pub(crate) struct LocateArgs {
 
 /// Follows the log through the map and prints where the robot is.
 pub(crate) fn run(args: &LocateArgs, context: &Context) -> Result<(), Failure> {
+    if let Some(path) = args.out.as_ref().filter(|path| !args.force && path.exists()) {
+        let message = format!("could not write {}: the file exists", path.display());
+        return Err(Failure::new(Exit::Usage, "output.exists", message).help("use --force to replace it"));
+    }
     let map = session::load(&args.run)?;
     let mut finder = map.finder().map_err(rejected)?;
     let mut seen: Vec<Whereabouts> = Vec::new();
@@ -40,65 +56,21 @@ pub(crate) fn run(args: &LocateArgs, context: &Context) -> Result<(), Failure> {
         seen.extend(finder.push(&entry?).map_err(rejected)?);
     }
     seen.extend(finder.finish().map_err(rejected)?);
-    if context.json {
-        let views: Vec<Value> = seen.iter().map(document).collect();
-        return context.print_json(&json!({ "schema": "topogrid/locate/1", "views": views }));
+    if let Some(path) = &args.out {
+        let written = files::write(path, args.force, |out| track::write(out, &seen));
+        written.map_err(|error| Failure::writing(path, &error))?;
     }
-    context.print(&text(&seen, args.every))
+    if context.json {
+        let views: Vec<_> = seen.iter().map(track::document).collect();
+        let summary = summary::document(&seen);
+        return context.print_json(&json!({ "schema": "topogrid/locate/1", "summary": summary, "views": views }));
+    }
+    if args.every {
+        context.print(&summary::lines(seen.iter()))?;
+    }
+    context.print(&summary::text(&seen, !args.every))
 }
 
 fn rejected(error: FinderError) -> Failure {
     Failure::new(Exit::Rejected, "locate", error.to_string())
-}
-
-fn document(seen: &Whereabouts) -> Value {
-    let (state, best) = match seen.recognition {
-        Recognition::Known(best) => ("known", Some(best)),
-        Recognition::New { .. } => ("uncharted", None),
-        Recognition::Unsure { best, .. } => ("unsure", best),
-    };
-    let pose = seen.map_from_robot.map(
-        |pose| json!({ "x_m": pose.translation.x, "y_m": pose.translation.y, "heading_rad": pose.rotation.angle() }),
-    );
-    json!({
-        "stamp_s": seen.stamp, "driven_m": seen.driven, "state": state, "pose": pose,
-        "place": best.map(|best| best.place.0), "probability": best.map(|best| best.probability),
-    })
-}
-
-/// What was found, a line for each change or for each view, and the sum of it. Writing to a string cannot fail.
-fn text(seen: &[Whereabouts], every: bool) -> String {
-    let mut text = String::new();
-    let mut was_known = None;
-    for view in seen {
-        let is_known = view.map_from_robot.is_some();
-        if every || was_known != Some(is_known) {
-            let _ = writeln!(text, "{:>8.1} s {:>7.1} m  {}", view.stamp, view.driven, told(view));
-        }
-        was_known = Some(is_known);
-    }
-    let known = seen.iter().filter(|view| view.map_from_robot.is_some()).count();
-    let first = seen.iter().find(|view| view.map_from_robot.is_some());
-    let first = first.map_or_else(String::new, |view| format!(", the first after {:.1} m", view.driven));
-    let _ = writeln!(text, "known at {known} of {} places{first}", seen.len());
-    if let Some(last) = seen.last() {
-        let _ = writeln!(text, "at the end: {}", told(last));
-    }
-    text
-}
-
-fn told(view: &Whereabouts) -> String {
-    match (view.recognition, view.map_from_robot) {
-        (Recognition::Known(best), Some(pose)) => format!(
-            "{} at {:.2}, {:.2} m, facing {:.0}° (probability {:.2})",
-            best.place,
-            pose.translation.x,
-            pose.translation.y,
-            pose.rotation.angle().to_degrees(),
-            best.probability
-        ),
-        (Recognition::New { probability }, _) => format!("outside of the map (probability {probability:.2})"),
-        (Recognition::Unsure { reason, .. }, _) => format!("unsure: {reason}"),
-        (Recognition::Known(best), None) => best.place.to_string(),
-    }
 }

@@ -11,7 +11,8 @@ pub(crate) struct Head {
 impl Head {
     /// Looks at the first bytes of a log.
     pub(crate) fn look(head: &[u8]) -> Result<Self, LogErrorKind> {
-        if head.contains(&0) || looks_binary(head) {
+        let first_line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        if first_line.contains(&0) || looks_binary(head) {
             return Err(LogErrorKind::Binary);
         }
         let mut found = Self::default();
