@@ -57,6 +57,8 @@ pub struct Match {
     pub inliers: f64,
     /// The share of echoes that lie in known free space, away from walls.
     pub contradiction: f64,
+    /// The share of echoes that lie where the map knows anything.
+    pub overlap: f64,
     /// Where the position is a guess.
     pub ambiguity: Ambiguity,
 }
@@ -100,13 +102,21 @@ pub fn judge(map: &LocalMap, echoes: &[Echo], map_from_robot: &Isometry2<f64>, o
         fit.score += (-0.5 * (distance / options.kernel).powi(2)).exp();
         if distance <= options.kernel {
             fit.inliers += 1.0;
-        } else if distance > 2.0 * options.kernel && map.is_known(point) {
+        } else if distance <= 2.0 * options.kernel {
+            fit.overlap += 1.0;
+        } else if map.is_known(point) {
             fit.contradiction += 1.0;
         }
     }
+    fit.overlap += fit.inliers + fit.contradiction;
     #[expect(clippy::cast_precision_loss, reason = "echoes of a scan are few")]
     let n = echoes.len() as f64;
-    Fit { score: fit.score / n, inliers: fit.inliers / n, contradiction: fit.contradiction / n }
+    Fit {
+        score: fit.score / n,
+        inliers: fit.inliers / n,
+        contradiction: fit.contradiction / n,
+        overlap: fit.overlap / n,
+    }
 }
 
 /// The quality of a fit; see the fields of the same names in [`Match`].
@@ -118,4 +128,6 @@ pub struct Fit {
     pub inliers: f64,
     /// The share of echoes in known free space.
     pub contradiction: f64,
+    /// The share of echoes where the map knows anything.
+    pub overlap: f64,
 }

@@ -163,6 +163,35 @@ fn tracking_survives_a_turn_that_odometry_missed() {
 }
 
 #[test]
+fn a_robot_that_backs_out_of_what_it_has_seen_is_not_held_there() {
+    // A corridor with niches on both sides, at odd distances, closed ahead.
+    let niches = |y: f64, starts: [f64; 7]| {
+        let edge = |x: f64| [(x, y), (x, 1.3 * y), (x + 0.4, 1.3 * y), (x + 0.4, y)];
+        let mut line = vec![(-12.0, y)];
+        line.extend(starts.iter().flat_map(|&x| edge(x)));
+        line.push((4.0, y));
+        line
+    };
+    let (left, right) = (
+        niches(1.0, [-9.1, -7.0, -5.2, -3.7, -1.6, 0.3, 2.6]),
+        niches(-1.0, [-10.3, -8.2, -6.1, -4.7, -2.2, -0.8, 1.9]),
+    );
+    let world = walls(&[&left, &right, &[(4.0, -1.0), (4.0, 1.0)]]);
+    let information = local_grid::nalgebra::Matrix3::from_diagonal(&[50.0, 50.0, 150.0].into());
+    let mut map = mapped(&world, &[pose(1.0, 0.0, 0.0)]);
+    for step in 1..8 {
+        let truth = pose(1.0 - 1.2 * f64::from(step), 0.0, 0.0);
+        let prior = Prior { map_from_robot: truth * pose(0.06, 0.03, 1.5), information };
+        let scan = scan(&world, &truth);
+        let found = track(&map, &echoes(&scan), &prior, &TrackOptions::default());
+        let error = truth.inv_mul(&found.map_from_robot);
+        assert!(error.translation.vector.norm() < 0.1, "step {step}: {found:?}");
+        assert!(found.overlap < 0.7, "much is new: {found:?}");
+        map.insert(&truth, &scan).unwrap();
+    }
+}
+
+#[test]
 fn moved_furniture_leaves_the_field() {
     let world = flat();
     let mut with_box = world.clone();

@@ -176,6 +176,7 @@ fn finish(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &MatchO
         score: fit.score,
         inliers: fit.inliers,
         contradiction: fit.contradiction,
+        overlap: fit.overlap,
         ambiguity,
     }
 }

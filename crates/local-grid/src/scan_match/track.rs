@@ -38,9 +38,9 @@ pub fn track(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &TrackOpti
     // Much of what the scan saw is new, or it slid astray: few walls hold it, so odometry has its say.
     let believing = MatchOptions { prior_share: 1.0, ..options.matching.clone() };
     let held = refine(map, echoes, prior, &believing);
-    let best = if held.score + options.margin >= slid.score { held } else { slid };
+    let best = if fits(&held) + options.margin >= fits(&slid) { held } else { slid };
     // The further a pose lies from what odometry says, the better it must fit.
-    let worth = |found: &Match| found.score - options.margin * prior.deviation(&found.map_from_robot);
+    let worth = |found: &Match| fits(found) - options.margin * prior.deviation(&found.map_from_robot);
     let searched = search(map, echoes, &prior.map_from_robot, &options.window, &options.matching);
     let better = searched.into_iter().max_by(|a, b| worth(a).total_cmp(&worth(b)));
     match better {
@@ -48,3 +48,12 @@ pub fn track(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &TrackOpti
         _ => best,
     }
 }
+
+/// How near to walls the echoes lie that meet what the map knows. Those in the unknown speak neither for nor against a pose:
+/// counted as misses they would favour poses that hide them, where a robot enters a room or looks back along a corridor.
+fn fits(found: &Match) -> f64 {
+    found.score / found.overlap.max(LEAST_OVERLAP)
+}
+
+/// Fewer echoes than this share are no measure of a fit.
+const LEAST_OVERLAP: f64 = 0.4;
