@@ -54,6 +54,7 @@ pub struct Fuzzy {
 
 impl Fuzzy {
     /// Takes one more piece of evidence into account with a union of choice.
+    #[inline]
     pub fn unite(&mut self, evidence: Evidence, union: Union) {
         self.empty = union.of(self.empty, evidence.empty);
         self.occupied = union.of(self.occupied, evidence.occupied);
@@ -61,10 +62,12 @@ impl Fuzzy {
 }
 
 impl Cell for Fuzzy {
+    #[inline]
     fn fuse(&mut self, evidence: Evidence) {
         self.unite(evidence, Union::Algebraic);
     }
 
+    #[inline]
     fn known(&self) -> Evidence {
         Evidence { empty: self.empty, occupied: self.occupied }
     }

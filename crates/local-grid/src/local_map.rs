@@ -1,9 +1,11 @@
 mod distance;
+mod line;
 mod patch;
 
 use nalgebra::{Isometry2, Point2, Vector2};
 
 use crate::{Evidence, FrameError, Grid, GridFrame, Reading, Scan};
+use distance::is_wall;
 use patch::{Cells, Patches};
 
 /// How finely a [`LocalMap`] is cut, how far its field reaches, and which readings enter it.
@@ -35,6 +37,7 @@ impl Default for LocalMapOptions {
 #[derive(Debug, Clone)]
 pub struct LocalMap {
     options: LocalMapOptions,
+    cells_per_metre: f64,
     patches: Patches,
     disc: distance::Disc,
 }
@@ -79,7 +82,9 @@ impl LocalMap {
         check("max_range", options.max_range, options.resolution..=1e4, "between a cell and 10 km")?;
         check("wall_share", options.wall_share, 0.0..=1.0, "in [0, 1]")?;
         let disc = distance::Disc::new(options.resolution, options.max_distance);
-        Ok(Self { patches: Patches::new(disc.far()), disc, options })
+        let metres = disc.metres(options.resolution, options.max_distance);
+        let cells_per_metre = 1.0 / options.resolution;
+        Ok(Self { patches: Patches::new(disc.none(), metres), disc, cells_per_metre, options })
     }
 
     /// How the map is cut.
@@ -138,7 +143,7 @@ impl LocalMap {
     }
 
     fn cell(&self, point: Vector2<f64>) -> Option<(i32, i32)> {
-        patch::cell_of(point / self.options.resolution)
+        patch::cell_of(point * self.cells_per_metre)
     }
 
     /// Counts a hit in the cell of `end`.
@@ -146,7 +151,7 @@ impl LocalMap {
         let Some(cell) = self.cell(end) else { return };
         let Some((cells, index)) = self.patches.at_mut(cell) else { return };
         cells.hits[index] = cells.hits[index].saturating_add(1);
-        if cells.distance[index] > 0.0 && cells.is_wall(index, self.options.wall_share) {
+        if !is_wall(cells.nearest[index]) && cells.is_wall(index, self.options.wall_share) {
             self.disc.lower(&mut self.patches, cell);
         }
     }
@@ -154,30 +159,29 @@ impl LocalMap {
     /// Counts misses from `start` up to the cell of `end`, and a hit there.
     fn draw(&mut self, start: Vector2<f64>, end: Vector2<f64>, changed: &mut Vec<(i32, i32)>) {
         let share = self.options.wall_share;
-        let (from, to) = (start / self.options.resolution, end / self.options.resolution);
-        self.patches.walk(from, to, |cells: &mut Cells, index, cell, is_last| {
-            if is_last {
-                let was = cells.is_wall(index, share);
-                cells.hits[index] = cells.hits[index].saturating_add(1);
-                if !was && cells.is_wall(index, share) {
-                    changed.push(cell);
-                }
-                return;
-            }
+        let (from, to) = (start * self.cells_per_metre, end * self.cells_per_metre);
+        self.patches.walk(from, to, |cells: &mut Cells, index, corner, count| {
             // Nearly all cells that rays pass were never hit: they are no walls, before as after.
             let was = cells.hits[index] > 0 && cells.is_wall(index, share);
-            cells.misses[index] = cells.misses[index].saturating_add(1);
+            cells.misses[index] = cells.misses[index].saturating_add(count);
             if was && !cells.is_wall(index, share) {
-                changed.push(cell);
+                changed.push(patch::cell_within(corner, index));
             }
         });
+        let Some(cell) = self.cell(end) else { return };
+        let Some((cells, index)) = self.patches.at_mut(cell) else { return };
+        let was = cells.is_wall(index, share);
+        cells.hits[index] = cells.hits[index].saturating_add(1);
+        if !was && cells.is_wall(index, share) {
+            changed.push(cell);
+        }
     }
 
     /// Brings the distances up to date around cells whose state may have changed.
     fn mend(&mut self, changed: Vec<(i32, i32)>) {
         for cell in changed {
             let wall = self.patches.at(cell).is_some_and(|(cells, at)| cells.is_wall(at, self.options.wall_share));
-            let drawn = self.patches.at(cell).is_some_and(|(cells, at)| cells.distance[at] == 0.0);
+            let drawn = self.patches.at(cell).is_some_and(|(cells, at)| is_wall(cells.nearest[at]));
             match (wall, drawn) {
                 (true, false) => self.disc.lower(&mut self.patches, cell),
                 (false, true) => self.disc.raise(&mut self.patches, cell),
@@ -189,9 +193,10 @@ impl LocalMap {
     /// The distance from `point` to the nearest wall in metres, at most [`LocalMapOptions::max_distance`], and its gradient:
     /// bilinear between the centres of cells.
     #[must_use]
+    #[inline]
     pub fn distance(&self, point: Point2<f64>) -> (f64, Vector2<f64>) {
-        let (distance, gradient) = self.patches.interpolate(point.coords / self.options.resolution);
-        (distance, gradient / self.options.resolution)
+        let (distance, gradient) = self.patches.interpolate(point.coords * self.cells_per_metre);
+        (distance, gradient * self.cells_per_metre)
     }
 
     /// The least distance to a wall among the cells in the middle of a square of `edge` metres around `point`, and whether any
@@ -202,7 +207,7 @@ impl LocalMap {
         for (dx, dy) in [(-quarter, -quarter), (quarter, -quarter), (-quarter, quarter), (quarter, quarter)] {
             let Some(cell) = self.cell(point.coords + Vector2::new(dx, dy)) else { continue };
             let Some((cells, at)) = self.patches.at(cell) else { continue };
-            best = (best.0.min(f64::from(cells.distance[at])), best.1 || cells.is_known(at));
+            best = (best.0.min(self.patches.metres(cells.nearest[at])), best.1 || cells.is_known(at));
         }
         best
     }

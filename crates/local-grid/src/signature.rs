@@ -111,15 +111,17 @@ impl Signature {
         let origin = grid.frame().origin() + corner * resolution - grid_from_place;
         let frame = GridFrame::new(Point2::from(origin), resolution, cells, cells)
             .expect("a square of the grid's own resolution around a place in it");
-        let classify = |row: usize, column: usize| {
-            let source = corner + Vector2::new(as_f64(column), as_f64(row));
-            if source.x < 0.0 || source.y < 0.0 {
-                return CellClass::Unknown;
-            }
-            let cell = grid.get(whole(source.y), whole(source.x));
-            cell.map_or(CellClass::Unknown, |cell| options.class(cell.known()))
+        let of_grid = |first: f64, step: usize| {
+            let at = first + as_f64(step);
+            (at >= 0.0).then(|| whole(at)) // false for NaN
         };
-        let classes = (0..cells * cells).map(|index| classify(index / cells, index % cells)).collect();
+        let columns: Vec<Option<usize>> = (0..cells).map(|column| of_grid(corner.x, column)).collect();
+        let mut classes = Vec::with_capacity(cells * cells);
+        for row in (0..cells).map(|row| of_grid(corner.y, row)) {
+            let cell = |column: &Option<usize>| grid.get(row?, (*column)?);
+            let class = |cell: Option<&C>| cell.map_or(CellClass::Unknown, |cell| options.class(cell.known()));
+            classes.extend(columns.iter().map(|column| class(cell(column))));
+        }
         Self::from_classes(frame, classes).expect("as many cells as the frame has")
     }
 
@@ -173,6 +175,7 @@ impl Signature {
 impl SignatureOptions {
     /// What a cell is of which so much is known.
     #[must_use]
+    #[inline]
     pub fn class(&self, known: Evidence) -> CellClass {
         if known.occupied > known.empty && known.occupied >= self.occupied_above {
             CellClass::Occupied

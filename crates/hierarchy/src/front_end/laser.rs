@@ -37,8 +37,8 @@ const LEAST_SPREAD: f64 = 0.2;
 
 /// Whether a scan can tell where the robot is: a range finder of one beam, or a scan into the void, cannot.
 pub(crate) fn tells_a_pose(scan: &Scan) -> bool {
-    let echoes: Vec<_> =
-        echoes(scan, LocalMapOptions::default().max_range).iter().map(|echo| echo.point.coords).collect();
+    let near = |echo: &Vector2<f64>| echo.norm() <= LocalMapOptions::default().max_range;
+    let echoes: Vec<Vector2<f64>> = scan.echo_points().filter(near).collect();
     if echoes.len() < LEAST_ECHOES {
         return false;
     }

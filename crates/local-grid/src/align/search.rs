@@ -185,21 +185,55 @@ impl Padded {
         let frame = table.frame();
         let (columns, rows) = (frame.columns() + 2 * pad, frame.rows() + 2 * pad);
         let mut words = vec![0; columns * rows];
-        for index in 0..frame.n_cells() {
-            let (near, known) = table.cell(index);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in [0, 63]")]
-            let near = (near * NEAR_STEPS).round() as u32;
-            let (row, column) = (index / frame.columns() + pad, index % frame.columns() + pad);
-            words[row * columns + column] = if known { near | 1 << NEAR_BITS } else { 0 };
+        for (row, words) in words.chunks_exact_mut(columns).skip(pad).take(frame.rows()).enumerate() {
+            for (word, (near, known)) in words[pad..].iter_mut().zip(table.row(row)) {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded, in [0, 63]")]
+                let near = (near * NEAR_STEPS + 0.5) as u32;
+                *word = if known { near | 1 << NEAR_BITS } else { 0 };
+            }
         }
+        words.extend([0; LANES]); // whole lanes may be read at the last row's end
         Self { columns, rows, pad, words }
     }
 
     /// The index of the first of `side × side` words that a wall at `(column, row)` of `a` meets, if any can be known.
-    fn corner(&self, column: f64, row: f64, reach: usize, side: usize) -> Option<usize> {
-        let first = |at: f64| cells_signed(at + as_f64(self.pad) - as_f64(reach));
-        let (column, row) = (first(column)?, first(row)?);
+    fn corner(&self, wall: Vector2<f64>, reach: usize, side: usize) -> Option<usize> {
+        let first = |at: f64| cells_signed(at + 0.5 + as_f64(self.pad) - as_f64(reach));
+        let (column, row) = (first(wall.x)?, first(wall.y)?);
         (column + side <= self.columns && row + side <= self.rows).then_some(row * self.columns + column)
+    }
+}
+
+/// The sums of a slice as a task that is compiled for each set of instructions.
+struct Sums<'a> {
+    padded: &'a Padded,
+    /// Where the words of each wall begin.
+    corners: &'a [usize],
+    side: usize,
+}
+
+/// The most words that any processor adds at once: rows are summed in whole lanes, what is too much is left out at the end.
+const LANES: usize = 16;
+
+impl pulp::WithSimd for Sums<'_> {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Vec<u32> {
+        let Self { padded, corners, side } = self;
+        let width = side.next_multiple_of(LANES);
+        let mut sums = vec![0u32; side * width];
+        for &corner in corners {
+            for (row, sums) in sums.chunks_exact_mut(width).enumerate() {
+                let start = corner + row * padded.columns;
+                let (words, _) = S::as_simd_u32s(&padded.words[start..start + width]);
+                let (sums, _) = S::as_mut_simd_u32s(sums);
+                for (sums, words) in sums.iter_mut().zip(words) {
+                    *sums = simd.add_u32s(*sums, *words);
+                }
+            }
+        }
+        sums.chunks_exact(width).flat_map(|row| &row[..side]).copied().collect()
     }
 }
 
@@ -218,17 +252,9 @@ impl Slice {
         // Unturned lattices lie askew by one and the same fraction of a cell; turned ones have none in common.
         let askew = if turn == 0.0 { common_fraction(&turned) } else { Vector2::zeros() };
         let side = 2 * reach + 1;
-        let mut sums = vec![0; side * side];
-        for wall in &turned {
-            let at = (wall - askew).map(f64::round);
-            let Some(corner) = padded.corner(at.x, at.y, reach, side) else { continue };
-            for (row, sums) in sums.chunks_exact_mut(side).enumerate() {
-                let start = corner + row * padded.columns;
-                for (sum, word) in sums.iter_mut().zip(&padded.words[start..start + side]) {
-                    *sum += word;
-                }
-            }
-        }
+        let corner = |wall: &Vector2<f64>| padded.corner(wall - askew, reach, side);
+        let corners: Vec<usize> = turned.iter().filter_map(corner).collect();
+        let sums = pulp::Arch::new().dispatch(Sums { padded, corners: &corners, side });
         let corner = (Vector2::repeat(-as_f64(reach)) - askew) * resolution;
         Self { turn, corner, sums }
     }

@@ -7,8 +7,12 @@ use crate::{CellClass, GridFrame, Signature};
 pub(crate) struct WallTable {
     frame: GridFrame,
     cells_per_metre: f64,
+    /// Row by row with a border of one cell, in which the outermost cells stand for those beyond.
     near: Vec<f32>,
+    /// The same cells; what lies beyond is not known.
     known: Vec<bool>,
+    /// From row to row of the two.
+    stride: usize,
 }
 
 /// Totals over a set of walls.
@@ -30,8 +34,34 @@ impl WallTable {
 
     /// A table of given nearness and known-ness, row by row.
     pub(crate) fn of(frame: GridFrame, cells: impl Iterator<Item = (f32, bool)>) -> Self {
-        let (near, known) = cells.unzip();
-        Self { frame, cells_per_metre: 1.0 / frame.resolution(), near, known }
+        let (near, known): (Vec<f32>, Vec<bool>) = cells.unzip();
+        Self::bordered(frame, &near, &known)
+    }
+
+    fn bordered(frame: GridFrame, near: &[f32], known: &[bool]) -> Self {
+        let (rows, columns) = (frame.rows(), frame.columns());
+        let stride = columns + 2;
+        let mut table = Self {
+            frame,
+            cells_per_metre: 1.0 / frame.resolution(),
+            near: Vec::with_capacity(stride * (rows + 2)),
+            known: Vec::with_capacity(stride * (rows + 2)),
+            stride,
+        };
+        if near.is_empty() {
+            return table;
+        }
+        for row in 0..rows + 2 {
+            let inside = row.saturating_sub(1).min(rows - 1) * columns;
+            let near = &near[inside..inside + columns];
+            table.near.push(near[0]);
+            table.near.extend_from_slice(near);
+            table.near.push(near[columns - 1]);
+            table.known.push(false);
+            table.known.extend_from_slice(&known[inside..inside + columns]);
+            table.known.push(false);
+        }
+        table
     }
 
     pub(crate) fn new(signature: &Signature, wall_sigma: f64) -> Self {
@@ -43,40 +73,43 @@ impl WallTable {
             stamp(&mut near, &frame, &kernel, index / columns, index % columns);
         }
         let seen = |(class, near): (&CellClass, &f32)| *class != CellClass::Unknown || *near > 0.5;
-        let known = signature.classes().iter().zip(&near).map(seen).collect();
-        Self { frame, cells_per_metre: 1.0 / frame.resolution(), near, known }
+        let known: Vec<bool> = signature.classes().iter().zip(&near).map(seen).collect();
+        Self::bordered(frame, &near, &known)
     }
 
     pub(crate) fn frame(&self) -> &GridFrame {
         &self.frame
     }
 
-    /// Nearness and known-ness of a cell.
-    pub(super) fn cell(&self, index: usize) -> (f32, bool) {
-        (self.near[index], self.known[index])
+    /// Nearness and known-ness of the cells of a row.
+    pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (f32, bool)> + '_ {
+        let first = (row + 1) * self.stride + 1;
+        let cells = first..first + self.frame.columns();
+        self.near[cells.clone()].iter().copied().zip(self.known[cells].iter().copied())
     }
 
     /// Nearness to a wall, bilinear between cell centres, and whether the cell is known; `None` outside.
+    #[inline]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against the frame")]
     fn sample(&self, point: Point2<f64>) -> Option<(f64, bool)> {
-        let (rows, columns) = (self.frame.rows(), self.frame.columns());
         let at = (point - self.frame.origin()) * self.cells_per_metre;
         if !(at.x >= 0.0 && at.y >= 0.0) {
             return None;
         }
-        let (column, row) = (at.x as usize, at.y as usize);
-        if column >= columns || row >= rows {
+        let (column, row) = (at.x as u32, at.y as u32);
+        if column as usize >= self.frame.columns() || row as usize >= self.frame.rows() {
             return None;
         }
-        let known = self.known[row * columns + column];
-        // The four centres around the point; at the border the outermost cell stands for those beyond.
-        let (x, y) = ((at.x - 0.5).max(0.0), (at.y - 0.5).max(0.0));
-        let (left, low) = (x as usize, y as usize);
-        let (right, high) = ((left + 1).min(columns - 1), (low + 1).min(rows - 1));
-        let near = |row: usize, column: usize| f64::from(self.near[row * columns + column]);
-        let (fx, fy) = (x - as_f64(left), y - as_f64(low));
-        let below = near(low, left) * (1.0 - fx) + near(low, right) * fx;
-        let above = near(high, left) * (1.0 - fx) + near(high, right) * fx;
+        let known = self.known[(row as usize + 1) * self.stride + column as usize + 1];
+        // The four centres around the point, counted with the border.
+        let (x, y) = (at.x + 0.5, at.y + 0.5);
+        let (left, low) = (x as u32, y as u32);
+        let (fx, fy) = (x - f64::from(left), y - f64::from(low));
+        let first = low as usize * self.stride + left as usize;
+        let [below, above] = [first, first + self.stride].map(|at| {
+            let pair = &self.near[at..at + 2];
+            f64::from(pair[0]) * (1.0 - fx) + f64::from(pair[1]) * fx
+        });
         Some((below * (1.0 - fy) + above * fy, known))
     }
 
@@ -97,11 +130,6 @@ impl WallTable {
         }
         tally
     }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "cells of a local grid are few")]
-fn as_f64(count: usize) -> f64 {
-    count as f64
 }
 
 /// Nearness of the cells around a wall, as `(row step, column step, nearness)`.

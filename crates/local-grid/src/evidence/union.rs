@@ -19,6 +19,7 @@ pub enum Union {
 impl Union {
     /// The union of two degrees in `[0, 1]`; the result lies in `[0, 1]`.
     #[must_use]
+    #[inline]
     pub fn of(self, a: f32, b: f32) -> f32 {
         match self {
             // Written so that rounding cannot leave [0, 1].

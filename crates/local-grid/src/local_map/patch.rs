@@ -1,5 +1,7 @@
 use nalgebra::Vector2;
 
+use super::distance::{Nearest, is_wall, square};
+use super::line::Line;
 use crate::Evidence;
 
 /// Cells along the edge of a patch, a power of two.
@@ -12,10 +14,8 @@ const NO_PATCH: u32 = u32::MAX;
 /// A square of cells, each property by itself.
 #[derive(Debug, Clone)]
 pub(super) struct Cells {
-    /// Metres to the nearest wall.
-    pub(super) distance: [f32; AREA],
-    /// Steps to the nearest wall, in cells.
-    pub(super) toward: [(i8, i8); AREA],
+    /// The nearest wall.
+    pub(super) nearest: [Nearest; AREA],
     pub(super) hits: [u16; AREA],
     pub(super) misses: [u16; AREA],
 }
@@ -39,7 +39,10 @@ impl Cells {
 /// All patches, and a dense index of the rectangle they span.
 #[derive(Debug, Clone)]
 pub(super) struct Patches {
-    far: f32,
+    /// Distances in metres by their squares in cells; the last is that of no wall near.
+    metres: Vec<f32>,
+    /// What a cell knows that has no wall near.
+    none: Nearest,
     low: (i32, i32),
     columns: i32,
     rows: i32,
@@ -48,11 +51,24 @@ pub(super) struct Patches {
     patches: Vec<Box<Cells>>,
 }
 
+/// What the cells of a patch know of the nearest walls, row by row, and which cells the patch spans.
+pub(super) struct Walls<'a> {
+    pub(super) cells: &'a mut [Nearest; AREA],
+    pub(super) low: (i32, i32),
+    pub(super) high: (i32, i32),
+}
+
 /// The cell of a point given in cells, if it is one.
-#[expect(clippy::cast_possible_truncation, reason = "checked")]
 pub(super) fn cell_of(point: Vector2<f64>) -> Option<(i32, i32)> {
     let fits = |at: f64| at.abs() < 1e9; // false for NaN
-    (fits(point.x) && fits(point.y)).then(|| (point.x.floor() as i32, point.y.floor() as i32))
+    (fits(point.x) && fits(point.y)).then(|| (floor(point.x), floor(point.y)))
+}
+
+/// The integer below, of a number that has one: without a call where the processor has no instruction for it.
+#[expect(clippy::cast_possible_truncation, reason = "checked by the caller")]
+fn floor(x: f64) -> i32 {
+    let toward_zero = x as i32;
+    toward_zero - i32::from(f64::from(toward_zero) > x)
 }
 
 /// The cell's place within its patch.
@@ -61,10 +77,16 @@ fn within((x, y): (i32, i32)) -> usize {
     (y.rem_euclid(EDGE) * EDGE + x.rem_euclid(EDGE)) as usize
 }
 
-/// The index of a cell counted from the corner of a patch, if it lies in it.
-#[expect(clippy::cast_sign_loss, reason = "checked")]
-fn within_patch(x: i32, y: i32) -> Option<usize> {
-    ((x | y) & !(EDGE - 1) == 0).then_some((y * EDGE + x) as usize)
+/// An index that lies in the patch.
+#[expect(clippy::cast_sign_loss, reason = "counted from the corner")]
+fn index(at: i32) -> usize {
+    at as usize & (AREA - 1)
+}
+
+/// The cell at an index of the patch whose first cell is `corner`.
+#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "cells of a patch are few")]
+pub(super) fn cell_within(corner: (i32, i32), index: usize) -> (i32, i32) {
+    (corner.0 + index as i32 % EDGE, corner.1 + index as i32 / EDGE)
 }
 
 /// The indices of the cells from `first` to the column `end` of the same patch.
@@ -75,8 +97,14 @@ fn run(first: (i32, i32), end: i32) -> std::ops::Range<usize> {
 }
 
 impl Patches {
-    pub(super) fn new(far: f32) -> Self {
-        Self { far, low: (0, 0), columns: 0, rows: 0, index: Vec::new(), corners: Vec::new(), patches: Vec::new() }
+    pub(super) fn new(none: Nearest, metres: Vec<f32>) -> Self {
+        let (index, corners, patches) = (Vec::new(), Vec::new(), Vec::new());
+        Self { metres, none, low: (0, 0), columns: 0, rows: 0, index, corners, patches }
+    }
+
+    /// A distance to the nearest wall in metres.
+    pub(super) fn metres(&self, nearest: Nearest) -> f64 {
+        f64::from(self.metres[square(nearest)])
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -114,8 +142,8 @@ impl Patches {
     /// Where the index keeps a patch.
     #[expect(clippy::cast_sign_loss, reason = "checked")]
     fn slot(&self, (x, y): (i32, i32)) -> Option<usize> {
-        let (column, row) = (x - self.low.0, y - self.low.1);
-        let inside = column >= 0 && row >= 0 && column < self.columns && row < self.rows;
+        let (column, row) = ((x - self.low.0) as u32, (y - self.low.1) as u32); // huge where negative
+        let inside = column < self.columns as u32 && row < self.rows as u32;
         inside.then(|| row as usize * self.columns as usize + column as usize)
     }
 
@@ -141,65 +169,64 @@ impl Patches {
         if self.index[slot] == NO_PATCH {
             self.index[slot] = u32::try_from(self.patches.len()).ok()?;
             self.corners.push(corner);
-            self.patches.push(Box::new(Cells {
-                distance: [self.far; AREA],
-                toward: [(0, 0); AREA],
-                hits: [0; AREA],
-                misses: [0; AREA],
-            }));
+            self.patches.push(Box::new(Cells { nearest: [self.none; AREA], hits: [0; AREA], misses: [0; AREA] }));
         }
         Some(self.index[slot] as usize)
     }
 
-    /// Visits the cells from `from` to `to` (in cells), patch by patch; the last one is that of `to`, and `visit` is told so.
+    /// Visits the cells from `from` to `to` (in cells) but for the last one, that of `to`: the patch, the index in it, the patch's
+    /// first cell, and how often the cell is to be counted, once or not at all.
     pub(super) fn walk(
         &mut self,
         from: Vector2<f64>,
         to: Vector2<f64>,
-        mut visit: impl FnMut(&mut Cells, usize, (i32, i32), bool),
+        mut visit: impl FnMut(&mut Cells, usize, (i32, i32), u16),
     ) {
-        let (Some((mut x, mut y)), Some(last)) = (cell_of(from), cell_of(to)) else { return };
-        let direction = to - from;
-        let (step_x, mut next_x, per_x) = steps(from.x, direction.x);
-        let (step_y, mut next_y, per_y) = steps(from.y, direction.y);
-        let mut left = (last.0 - x).unsigned_abs() + (last.1 - y).unsigned_abs();
-        loop {
-            let Some(number) = self.number_or_new((x, y)) else { return };
-            let (cells, corner) = (&mut *self.patches[number], (x & !(EDGE - 1), y & !(EDGE - 1)));
-            while let Some(at) = within_patch(x - corner.0, y - corner.1) {
-                visit(cells, at, (x, y), left == 0);
-                if left == 0 {
-                    return;
-                }
-                left -= 1;
-                // Rounding may not lead past the last column or row.
-                if (next_x < next_y && x != last.0) || y == last.1 {
-                    x += step_x;
-                    next_x += per_x;
-                } else {
-                    y += step_y;
-                    next_y += per_y;
-                }
+        let Some(mut line) = Line::between(from, to) else { return };
+        let (along, across) = if line.is_steep() { (EDGE, 1) } else { (1, EDGE) };
+        while !line.ends_here() {
+            let (column, row, then) = line.here();
+            let Some(number) = self.number_or_new(line.cell(column, row)) else { return };
+            let cells = &mut *self.patches[number];
+            let low = (column & !(EDGE - 1), row & !(EDGE - 1));
+            let corner = line.cell(low.0, low.1);
+            if (row ^ then) & !(EDGE - 1) != 0 {
+                visit(cells, within(line.cell(column, row)), corner, 1);
+                let Some((cells, at)) = self.at_mut(line.cell(column, then)) else { return };
+                visit(cells, at, line.cell(low.0, then & !(EDGE - 1)), 1);
+                line.advance();
+                continue;
             }
+            while !line.ends_here() {
+                let (column, row, then) = line.here();
+                let [first, second] = [row, then].map(|row| (column - low.0, row - low.1));
+                if (first.0 | first.1 | second.1) & !(EDGE - 1) != 0 {
+                    break; // some of it lies in another patch
+                }
+                let [first, second] = [first, second].map(|(column, row)| index(column * along + row * across));
+                visit(cells, first, corner, 1);
+                visit(cells, second, corner, u16::from(first != second));
+                line.advance();
+            }
+        }
+        let (column, row, _) = line.here();
+        if row != line.last_row()
+            && let Some((cells, at)) = self.at_mut(line.cell(column, row))
+        {
+            visit(cells, at, line.cell(column & !(EDGE - 1), row & !(EDGE - 1)), 1);
         }
     }
 
-    /// Visits the cells of one row from column `from` to `to`, both included, as runs of neighbours in one patch: the patch, the
-    /// index of the run's first cell, its column, and how many there are. Patches are made if need be.
-    pub(super) fn row_mut(
-        &mut self,
-        y: i32,
-        from: i32,
-        to: i32,
-        mut visit: impl FnMut(&mut Cells, std::ops::Range<usize>, i32),
-    ) {
-        let mut x = from;
-        while x <= to {
-            let end = (x | (EDGE - 1)).min(to);
-            if let Some(number) = self.number_or_new((x, y)) {
-                visit(&mut self.patches[number], run((x, y), end), x);
+    /// Visits the patches that share cells with the square from `low` to `high`; they are made if need be.
+    pub(super) fn visit_square(&mut self, low: (i32, i32), high: (i32, i32), mut visit: impl FnMut(Walls<'_>)) {
+        for y in low.1.div_euclid(EDGE)..=high.1.div_euclid(EDGE) {
+            for x in low.0.div_euclid(EDGE)..=high.0.div_euclid(EDGE) {
+                let low = (x * EDGE, y * EDGE);
+                if let Some(number) = self.number_or_new(low) {
+                    let (cells, high) = (&mut self.patches[number].nearest, (low.0 + EDGE - 1, low.1 + EDGE - 1));
+                    visit(Walls { cells, low, high });
+                }
             }
-            x = end + 1;
         }
     }
 
@@ -211,8 +238,8 @@ impl Patches {
             while column <= x + reach {
                 let end = (column | (EDGE - 1)).min(x + reach);
                 if let Some(number) = self.number((column, row)) {
-                    let distances = &self.patches[number].distance[run((column, row), end)];
-                    let found = (column..).zip(distances).filter(|(_, distance)| **distance == 0.0);
+                    let nearest = &self.patches[number].nearest[run((column, row), end)];
+                    let found = (column..).zip(nearest).filter(|(_, nearest)| is_wall(**nearest));
                     walls.extend(found.map(|(column, _)| (column, row)));
                 }
                 column = end + 1;
@@ -224,7 +251,7 @@ impl Patches {
     /// Distance at a point given in cells, and its gradient per cell, bilinear between the centres of cells.
     pub(super) fn interpolate(&self, point: Vector2<f64>) -> (f64, Vector2<f64>) {
         let at = point - Vector2::repeat(0.5);
-        let Some((x, y)) = cell_of(at) else { return (f64::from(self.far), Vector2::zeros()) };
+        let Some((x, y)) = cell_of(at) else { return (self.metres(self.none), Vector2::zeros()) };
         let (fx, fy) = (at.x - f64::from(x), at.y - f64::from(y));
         let [d00, d10, d01, d11] = self.square(x, y);
         let (low, high) = (d00 + (d10 - d00) * fx, d01 + (d11 - d01) * fx);
@@ -236,12 +263,11 @@ impl Patches {
     fn square(&self, x: i32, y: i32) -> [f64; 4] {
         let edge = usize::try_from(EDGE).unwrap_or(0);
         if x.rem_euclid(EDGE) < EDGE - 1 && y.rem_euclid(EDGE) < EDGE - 1 {
-            let Some((cells, at)) = self.at((x, y)) else { return [f64::from(self.far); 4] };
-            let d = &cells.distance;
-            return [d[at], d[at + 1], d[at + edge], d[at + edge + 1]].map(f64::from);
+            let Some((cells, at)) = self.at((x, y)) else { return [self.metres(self.none); 4] };
+            return [at, at + 1, at + edge, at + edge + 1].map(|at| self.metres(cells.nearest[at]));
         }
-        let d = |cell| self.at(cell).map_or(self.far, |(cells, at)| cells.distance[at]);
-        [d((x, y)), d((x + 1, y)), d((x, y + 1)), d((x + 1, y + 1))].map(f64::from)
+        let nearest = |cell| self.at(cell).map_or(self.none, |(cells, at)| cells.nearest[at]);
+        [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|cell| self.metres(nearest(cell)))
     }
 
     /// Every cell of every patch, in the order in which patches were made.
@@ -260,14 +286,4 @@ impl Patches {
 #[expect(clippy::cast_sign_loss, reason = "both are counts")]
 fn slot_count(columns: i32, rows: i32) -> usize {
     columns as usize * rows as usize
-}
-
-/// Along one axis: the step to the next cell, how far along the ray (as share of it) its border is, and borders lie apart.
-fn steps(start: f64, direction: f64) -> (i32, f64, f64) {
-    if direction == 0.0 {
-        return (0, f64::INFINITY, f64::INFINITY);
-    }
-    let fraction = start - start.floor();
-    let to_border = if direction > 0.0 { 1.0 - fraction } else { fraction };
-    (if direction > 0.0 { 1 } else { -1 }, to_border / direction.abs(), 1.0 / direction.abs())
 }

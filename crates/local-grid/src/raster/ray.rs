@@ -18,12 +18,13 @@ pub struct RayCell {
 /// The ray is clipped to the frame first, so a ray from far outside costs no more than the cells it crosses inside.
 #[derive(Debug, Clone)]
 pub struct RayCells {
-    columns: usize,
-    rows: usize,
-    column: i64,
-    row: i64,
-    step_column: i64,
-    step_row: i64,
+    index: usize,
+    /// By how much the index changes from one column, and from one row, to the next.
+    step_column: isize,
+    step_row: isize,
+    /// Columns and rows ahead before the ray leaves the frame.
+    columns_ahead: usize,
+    rows_ahead: usize,
     next_column: f64,
     next_row: f64,
     per_column: f64,
@@ -55,12 +56,11 @@ impl RayCells {
         let (step_column, next_column, per_column) = steps(local.x, direction.x, column);
         let (step_row, next_row, per_row) = steps(local.y, direction.y, row);
         Self {
-            columns,
-            rows,
-            column,
-            row,
+            index: row * columns + column,
             step_column,
-            step_row,
+            step_row: step_row * columns.cast_signed(),
+            columns_ahead: ahead(step_column, column, columns),
+            rows_ahead: ahead(step_row, row, rows),
             next_column: next_column * resolution,
             next_row: next_row * resolution,
             per_column: per_column * resolution,
@@ -83,18 +83,19 @@ fn slab(start: f64, direction: f64, size: f64) -> (f64, f64) {
 }
 
 /// The cell that holds a coordinate which rounding may have put a hair outside.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_possible_wrap,
-    reason = "clamped to the grid, which has fewer than 2^32 cells"
-)]
-fn cell_of(at: f64, n: usize) -> i64 {
-    (at.floor() as i64).clamp(0, (n as i64 - 1).max(0))
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, and is clamped to the grid")]
+fn cell_of(at: f64, n: usize) -> usize {
+    (at as usize).min(n.saturating_sub(1))
+}
+
+/// How many cells follow on one axis before the border of the frame.
+fn ahead(step: isize, cell: usize, n: usize) -> usize {
+    if step > 0 { n.saturating_sub(cell + 1) } else { cell }
 }
 
 /// The step to the next cell along one axis, the ray's distance to that border, and the distance between borders.
 #[expect(clippy::cast_precision_loss, reason = "cell numbers stay far below 2^52")]
-fn steps(start: f64, direction: f64, cell: i64) -> (i64, f64, f64) {
+fn steps(start: f64, direction: f64, cell: usize) -> (isize, f64, f64) {
     if direction == 0.0 {
         return (0, f64::INFINITY, f64::INFINITY);
     }
@@ -106,30 +107,29 @@ fn steps(start: f64, direction: f64, cell: i64) -> (i64, f64, f64) {
 impl Iterator for RayCells {
     type Item = RayCell;
 
-    #[expect(
-        clippy::cast_sign_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_possible_wrap,
-        reason = "row and column are checked to lie in the grid"
-    )]
+    #[inline]
     fn next(&mut self) -> Option<RayCell> {
         if self.done {
             return None;
         }
-        let index = self.row as usize * self.columns + self.column as usize;
-        let enter = self.at;
-        let leave = self.next_column.min(self.next_row).min(self.end).max(enter);
-        if self.next_column < self.next_row {
-            self.column += self.step_column;
+        let (index, enter) = (self.index, self.at);
+        let (border, ahead) = if self.next_column < self.next_row {
+            let passed = (self.next_column, self.columns_ahead);
             self.next_column += self.per_column;
+            self.columns_ahead = self.columns_ahead.wrapping_sub(1);
+            self.index = self.index.wrapping_add_signed(self.step_column);
+            passed
         } else {
-            self.row += self.step_row;
+            let passed = (self.next_row, self.rows_ahead);
             self.next_row += self.per_row;
-        }
-        self.at = leave;
-        let inside = (0..self.columns as i64).contains(&self.column) && (0..self.rows as i64).contains(&self.row);
-        self.done = leave >= self.end || !inside;
-        Some(RayCell { index, enter, leave })
+            self.rows_ahead = self.rows_ahead.wrapping_sub(1);
+            self.index = self.index.wrapping_add_signed(self.step_row);
+            passed
+        };
+        let leave = if border < self.end { border } else { self.end };
+        self.at = if leave > enter { leave } else { enter };
+        self.done = self.at >= self.end || ahead == 0;
+        Some(RayCell { index, enter, leave: self.at })
     }
 }
 

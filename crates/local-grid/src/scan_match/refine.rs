@@ -29,29 +29,30 @@ const LARGE: f64 = 1e250;
 #[must_use]
 pub fn refine(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &MatchOptions) -> Match {
     let mut pose = pose_vector(&prior.map_from_robot);
-    let prior = &where_needed(map, echoes, prior, options);
-    let mut normal = equations(map, echoes, &pose, prior, options);
+    let mut walls = walls_only(map, echoes, &pose, options);
+    let prior = &where_needed(&walls, prior, options);
+    let mut normal = walls.held_by(prior, &pose);
     for _ in 0..options.max_steps {
         let damped =
             normal.hessian + Matrix3::from_diagonal(&(normal.hessian.diagonal() * 1e-6)) + Matrix3::identity() * 1e-6;
         let Some(step) = damped.cholesky().map(|factor| -factor.solve(&normal.gradient)) else { break };
         let step = shortened(step, map.options().max_distance);
-        let Some((next, better)) = descend(map, echoes, &pose, &step, &normal, prior, options) else { break };
+        let Some((next, found)) = descend(map, echoes, &pose, &step, &normal, prior, options) else { break };
+        let better = found.held_by(prior, &next);
         let (moved, gain) = (next - pose, normal.cost - better.cost);
-        (pose, normal) = (next, better);
+        (pose, walls, normal) = (next, found, better);
         if (moved.xy().norm() < 2e-4 && moved.z.abs() < 1e-4) || gain < 1e-4 * normal.cost {
             break;
         }
     }
-    finish(map, echoes, &pose, options)
+    finish(map, echoes, &pose, &walls, options)
 }
 
 /// The prior with its full weight only along axes of which the walls say nothing.
 ///
 /// Elsewhere it would not add knowledge but its bias: odometry errs the same way again and again, and every scan would
 /// give in to it a little. What is left of it there keeps the equations regular.
-fn where_needed(map: &LocalMap, echoes: &[Echo], prior: &Prior, options: &MatchOptions) -> Prior {
-    let walls = walls_only(map, echoes, &pose_vector(&prior.map_from_robot), options, 1.0);
+fn where_needed(walls: &Normal, prior: &Prior, options: &MatchOptions) -> Prior {
     let block: Matrix2<f64> = walls.hessian.fixed_view::<2, 2>(0, 0).into();
     let eigen = block.symmetric_eigen();
     let weights = eigen.eigenvalues.map(|value| {
@@ -70,7 +71,7 @@ fn shortened(step: Vector3<f64>, reach: f64) -> Vector3<f64> {
     step / excess
 }
 
-/// The pose after a step, halved until the cost falls.
+/// The pose after a step, shortened until the cost falls, and what the walls say there.
 fn descend(
     map: &LocalMap,
     echoes: &[Echo],
@@ -83,9 +84,9 @@ fn descend(
     let mut share = 1.0;
     for _ in 0..4 {
         let next = pose + step * share;
-        let tried = equations(map, echoes, &next, prior, options);
-        if tried.cost <= normal.cost {
-            return Some((next, tried));
+        let walls = walls_only(map, echoes, &next, options);
+        if walls.held_by(prior, &next).cost <= normal.cost {
+            return Some((next, walls));
         }
         share *= 0.4;
     }
@@ -100,19 +101,25 @@ fn isometry(pose: &Vector3<f64>) -> Isometry2<f64> {
     Isometry2::new(pose.xy(), pose.z)
 }
 
-fn equations(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, prior: &Prior, options: &MatchOptions) -> Normal {
-    let per_echo = 1.0 / (options.echo_sigma.powi(2) * options.echoes_per_measurement);
-    let mut normal = walls_only(map, echoes, pose, options, per_echo);
-    let guess = pose_vector(&prior.map_from_robot);
-    let turned = Heading::from_radians(pose.z) - Heading::from_radians(guess.z);
-    let off = (pose.xy() - guess.xy()).push(turned);
-    normal.hessian += prior.information;
-    normal.gradient += prior.information * off;
-    normal.cost += 0.5 * off.dot(&(prior.information * off));
-    normal
+impl Normal {
+    /// The same equations with those of a prior.
+    fn held_by(&self, prior: &Prior, pose: &Vector3<f64>) -> Self {
+        let guess = pose_vector(&prior.map_from_robot);
+        let turned = Heading::from_radians(pose.z) - Heading::from_radians(guess.z);
+        let off = (pose.xy() - guess.xy()).push(turned);
+        let pull = prior.information * off;
+        Self {
+            hessian: self.hessian + prior.information,
+            gradient: self.gradient + pull,
+            cost: self.cost + 0.5 * off.dot(&pull),
+            weight: self.weight,
+        }
+    }
 }
 
-fn walls_only(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &MatchOptions, per_echo: f64) -> Normal {
+/// The equations of the walls alone.
+fn walls_only(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &MatchOptions) -> Normal {
+    let per_echo = 1.0 / (options.echo_sigma.powi(2) * options.echoes_per_measurement);
     let (sin, cos) = pose.z.sin_cos();
     let (far, square_kernel) = (map.options().max_distance, options.kernel.powi(2));
     let mut normal = Normal { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), cost: 0.0, weight: 0.0 };
@@ -164,12 +171,10 @@ fn across(distance: f64, slope: Vector2<f64>, normal: Vector2<f64>) -> (f64, Vec
     (distance * (along_normal / steepness).abs(), normal * along_normal)
 }
 
-fn finish(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, options: &MatchOptions) -> Match {
-    let per_echo = 1.0 / (options.echo_sigma.powi(2) * options.echoes_per_measurement);
-    let normal = walls_only(map, echoes, pose, options, per_echo);
+fn finish(map: &LocalMap, echoes: &[Echo], pose: &Vector3<f64>, walls: &Normal, options: &MatchOptions) -> Match {
     let map_from_robot = isometry(pose);
     let fit = judge(map, echoes, &map_from_robot, options);
-    let (covariance, ambiguity) = spread(&normal, map.options().max_distance, options);
+    let (covariance, ambiguity) = spread(walls, map.options().max_distance, options);
     Match {
         map_from_robot,
         covariance,

@@ -49,10 +49,12 @@ impl SensorModel for LaserRay {
         Some(heard.within(self.max_range))
     }
 
+    #[inline]
     fn footprint(&self, sounding: Sounding) -> Footprint {
         Footprint::Ray { reach: sounding.range }
     }
 
+    #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "degrees in [0, 1]")]
     fn evidence(&self, sounding: Sounding, point: BeamPoint) -> Evidence {
         // The footprint ends with the ray, so only the last cell holds its end.

@@ -46,9 +46,10 @@ impl Signature {
     #[must_use]
     pub fn turn_invariant_descriptor(&self) -> Descriptor {
         let distances = self.free_distances();
+        let circle: Vec<Vector2<f64>> = (0..distances.len()).map(direction).collect();
         let mut numbers = [0.0; Descriptor::LENGTH];
         for (harmonic, number) in numbers.iter_mut().take(16).enumerate() {
-            *number = narrow(magnitude(&distances, harmonic));
+            *number = narrow(magnitude(&distances, &circle, harmonic));
         }
         self.write_rings(&mut numbers[16..]);
         Descriptor(numbers)
@@ -58,9 +59,7 @@ impl Signature {
     fn free_distances(&self) -> Vec<f64> {
         let reach = self.half_edge();
         let sight = |k: usize| {
-            let angle = TAU * as_f64(k) / as_f64(Descriptor::DIRECTIONS);
-            let direction = Vector2::new(angle.cos(), angle.sin());
-            let mut ray = RayCells::new(&self.frame, Point2::origin(), direction, reach);
+            let mut ray = RayCells::new(&self.frame, Point2::origin(), direction(k), reach);
             let wall = ray.find(|cell| self.classes[cell.index] == CellClass::Occupied);
             wall.map_or(1.0, |cell| (cell.enter / reach).min(1.0))
         };
@@ -75,14 +74,17 @@ impl Signature {
     fn write_rings(&self, numbers: &mut [f32]) {
         let mut counts = [(0usize, 0usize, 0usize); Descriptor::RINGS];
         let width = self.half_edge() / as_f64(Descriptor::RINGS);
-        let columns = self.frame.columns();
-        for (index, class) in self.classes.iter().enumerate() {
-            let distance = self.frame.center(index / columns, index % columns).coords.norm();
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a distance over a width")]
-            let Some((occupied, empty, all)) = counts.get_mut((distance / width) as usize) else { continue };
-            *all += 1;
-            *occupied += usize::from(*class == CellClass::Occupied);
-            *empty += usize::from(*class == CellClass::Empty);
+        let columns: Vec<f64> = (0..self.frame.columns()).map(|column| self.frame.center(0, column).x).collect();
+        for (row, classes) in self.classes.chunks_exact(columns.len().max(1)).enumerate() {
+            let y = self.frame.center(row, 0).y;
+            for (x, class) in columns.iter().zip(classes) {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a distance over a width")]
+                let ring = ((x * x + y * y).sqrt() / width) as usize;
+                let Some((occupied, empty, all)) = counts.get_mut(ring) else { continue };
+                *all += 1;
+                *occupied += usize::from(*class == CellClass::Occupied);
+                *empty += usize::from(*class == CellClass::Empty);
+            }
         }
         for (pair, (occupied, empty, all)) in numbers.chunks_mut(2).zip(counts) {
             pair[0] = narrow((as_f64(occupied) / as_f64(all.max(1))).sqrt());
@@ -91,18 +93,19 @@ impl Signature {
     }
 }
 
-/// The magnitude of one harmonic of a periodic sequence in `[0, 1]`, at most 1.
-fn magnitude(sequence: &[f64], harmonic: usize) -> f64 {
-    let n = as_f64(sequence.len());
-    let (mut re, mut im) = (0.0, 0.0);
-    for (k, value) in sequence.iter().enumerate() {
-        let angle = TAU * as_f64(harmonic * k) / n;
-        re += value * angle.cos();
-        im += value * angle.sin();
-    }
+/// The unit vector of one of the directions.
+fn direction(k: usize) -> Vector2<f64> {
+    let angle = TAU * as_f64(k) / as_f64(Descriptor::DIRECTIONS);
+    Vector2::new(angle.cos(), angle.sin())
+}
+
+/// The magnitude of one harmonic of a periodic sequence in `[0, 1]`, at most 1; `circle` holds the directions of its numbers.
+fn magnitude(sequence: &[f64], circle: &[Vector2<f64>], harmonic: usize) -> f64 {
+    let n = sequence.len();
+    let sum: Vector2<f64> = sequence.iter().enumerate().map(|(k, value)| circle[harmonic * k % n] * *value).sum();
     // All harmonics but the mean come in pairs.
     let pair = if harmonic == 0 { 1.0 } else { 2.0 };
-    pair * (re * re + im * im).sqrt() / n
+    pair * sum.norm() / as_f64(n)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "a descriptor needs no more than single precision")]

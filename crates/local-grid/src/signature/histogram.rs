@@ -36,17 +36,22 @@ impl HistogramMatch {
     }
 }
 
+impl Count {
+    fn add(&mut self, class: CellClass) {
+        self.occupied += u32::from(class == CellClass::Occupied);
+        self.empty += u32::from(class == CellClass::Empty);
+        self.unknown += u32::from(class == CellClass::Unknown);
+    }
+}
+
 /// Counts of columns and rows.
 pub(super) fn of(frame: &GridFrame, classes: &[CellClass]) -> (AxisHistogram, AxisHistogram) {
     let mut columns = vec![Count::default(); frame.columns()];
     let mut rows = vec![Count::default(); frame.rows()];
-    for (index, class) in classes.iter().enumerate() {
-        for count in [&mut columns[index % frame.columns()], &mut rows[index / frame.columns()]] {
-            match class {
-                CellClass::Occupied => count.occupied += 1,
-                CellClass::Empty => count.empty += 1,
-                CellClass::Unknown => count.unknown += 1,
-            }
+    for (classes, row) in classes.chunks_exact(frame.columns().max(1)).zip(&mut rows) {
+        for (class, column) in classes.iter().zip(&mut columns) {
+            column.add(*class);
+            row.add(*class);
         }
     }
     (columns, rows)

@@ -45,11 +45,12 @@ struct View {
     agrees: [Agreement; CarryWatch::SIDE],
 }
 
-/// An echo as seen by the robot: radians and metres.
+/// An echo as seen by the robot: radians and metres, and the same as a point.
 #[derive(Debug, Clone, Copy)]
 struct Polar {
     bearing: f64,
     distance: f64,
+    point: Vector2<f64>,
 }
 
 /// Of the echoes of one scan how many can be compared with another's, how many of these show the same, and how many would
@@ -192,17 +193,7 @@ impl View {
 
 impl Polar {
     fn of(point: Vector2<f64>) -> Self {
-        Self { bearing: point.y.atan2(point.x), distance: point.norm() }
-    }
-
-    fn point(self) -> Point2<f64> {
-        Point2::new(self.distance * self.bearing.cos(), self.distance * self.bearing.sin())
-    }
-
-    /// How far another lies beside it, in radians.
-    fn beside(self, other: Self) -> f64 {
-        let apart = (other.bearing - self.bearing).abs();
-        apart.min(std::f64::consts::TAU - apart)
+        Self { bearing: point.y.atan2(point.x), distance: point.norm(), point }
     }
 }
 
@@ -224,19 +215,29 @@ impl Normal {
 /// How a view agrees with an earlier one, bearing by bearing.
 fn agreement(earlier: &View, view: &View) -> Agreement {
     let robot_from_earlier = view.track_from_robot.inv_mul(&earlier.track_from_robot);
-    let moved = |echo: &Polar| Polar::of((robot_from_earlier * echo.point()).coords);
-    let expected: Vec<Polar> = earlier.echoes.iter().map(moved).collect();
+    let moved = |echo: &Polar| Polar::of((robot_from_earlier * Point2::from(echo.point)).coords);
+    let mut expected: Vec<Polar> = earlier.echoes.iter().map(moved).collect();
+    expected.sort_by(|a, b| a.bearing.total_cmp(&b.bearing)); // nearly so already, as beams are
     let fades = if view.is_precise { FADES_FOR_RAYS } else { FADES };
     let agrees = AGREES * (-robot_from_earlier.translation.vector.norm() / fades).exp();
     let mut agreement = Agreement::default();
     for echo in &view.echoes {
-        let beside = expected.iter().filter(|other| echo.beside(**other) < view.beam);
-        let off = beside.map(|other| (other.distance - echo.distance).abs());
+        let off = beside(&expected, echo, view.beam).map(|other| (other.distance - echo.distance).abs());
         let Some(off) = off.min_by(f64::total_cmp) else { continue };
         let is_same = off < SAME.0 + SAME.1 * echo.distance;
         agreement += Agreement { same: f64::from(u8::from(is_same)), comparable: 1.0, expected: agrees };
     }
     agreement
+}
+
+/// Of echoes in the order of their bearings those that lie less than `beam` radians beside another.
+fn beside<'a>(echoes: &'a [Polar], echo: &'a Polar, beam: f64) -> impl Iterator<Item = &'a Polar> {
+    // Round the circle: what lies beside it may have the other sign.
+    [-std::f64::consts::TAU, 0.0, std::f64::consts::TAU].into_iter().flat_map(move |turn| {
+        let bearing = echo.bearing + turn;
+        let first = echoes.partition_point(|other| other.bearing <= bearing - beam);
+        echoes[first..].iter().take_while(move |other| other.bearing < bearing + beam)
+    })
 }
 
 #[cfg(test)]
