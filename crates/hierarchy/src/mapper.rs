@@ -372,7 +372,7 @@ impl Mapper {
             if closure.is_accepted() {
                 self.bring_together(&closure);
                 let link = self.map.recognize(closure.place, closure.known, closure.displacement)?;
-                self.recognizer.tell_joined(&self.map);
+                self.recognizer.tell_joined(&self.map, closure.place, closure.known);
                 events.push(Event::PlaceRecognized { place: closure.place, known: closure.known, link });
             } else {
                 events.push(Event::RecognitionRefused { closure });
@@ -397,33 +397,32 @@ impl Mapper {
         closures
     }
 
-    /// Takes back closures that the relaxed map contradicts: one of them outvoted by the rest, by truncated least squares.
-    /// It is only asked where a closure is under suspicion by its misfit.
+    /// Takes back closures that the relaxed map contradicts: those outvoted by the rest, by truncated least squares.
+    /// It is only asked where a closure is under suspicion by its misfit, and only of what lies around.
     fn revoke(&mut self, misfits: &[(LinkId, f64)]) -> Result<Vec<Event>, MapperError> {
         let recognized = |id| self.map.link(id).is_some_and(|link| link.origin == LinkOrigin::Recognized);
-        let suspicious = SUSPICIOUS[usize::from(!self.front_end.tracker.has_compass())];
-        if !misfits.iter().any(|(id, chi2)| *chi2 > suspicious && recognized(*id)) {
+        let bound = SUSPICIOUS[usize::from(!self.front_end.tracker.has_compass())];
+        let suspected = misfits.iter().filter(|(id, chi2)| *chi2 > bound && recognized(*id));
+        let suspected: Vec<LinkId> = suspected.map(|(id, _)| *id).collect();
+        if suspected.is_empty() {
             return Ok(Vec::new());
         }
-        let problem = self.coordinates.problem(&self.map)?;
-        let measured: Vec<&Link> = self.map.links().iter().filter(|link| link.is_measured()).collect();
-        let residuals = problem.residuals(&self.coordinates.padded(&self.map));
-        let trusted: Vec<bool> = measured.iter().map(|link| link.origin != LinkOrigin::Recognized).collect();
-        let rejected = problem.outvoted(&trusted, suspicious)?;
-        let rejected: Vec<(LinkId, f64)> = rejected.into_iter().map(|k| (measured[k].id, residuals[k])).collect();
+        let rejected = self.coordinates.outvoted(&self.map, &suspected, bound)?;
         let mut events = Vec::new();
-        for (id, chi2) in rejected {
-            self.map.set_link_state(id, LinkState::Rejected)?;
-            let Some(&Link { from, to, .. }) = self.map.link(id) else { continue };
-            let decided = self.closures.iter_mut().filter(|closure| closure.is_accepted());
-            for closure in decided.filter(|closure| (closure.place, closure.known) == (from, to)) {
-                closure.verdict = Verdict::Contradicted { chi2 };
+        for (id, chi2) in &rejected {
+            self.map.set_link_state(*id, LinkState::Rejected)?;
+            let Some(&Link { from, to, .. }) = self.map.link(*id) else { continue };
+            let is_it = |closure: &&mut Closure| closure.is_accepted() && (closure.place, closure.known) == (from, to);
+            if let Some(closure) = self.closures.iter_mut().rev().find(is_it) {
+                closure.verdict = Verdict::Contradicted { chi2: *chi2 };
                 events.push(Event::RecognitionRefused { closure: *closure });
             }
         }
         if !events.is_empty() {
-            self.recognizer.tell_links(&self.map);
-            events.push(relaxed(self.coordinates.relax(&self.map)?));
+            let rejected: Vec<LinkId> = rejected.into_iter().map(|(id, _)| id).collect();
+            self.recognizer.tell_taken_back(&self.map, &rejected);
+            let (relaxation, _) = self.coordinates.relax_around(&self.map, &rejected)?;
+            events.push(relaxed(relaxation));
         }
         Ok(events)
     }

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry2, Matrix2};
 use robot_log::local_grid::{AlignOptions, Alignment, Ambiguity, Descriptor, Signature, align, unseen_by_sonar};
-use topo_map::{Displacement, Place, PlaceId, SignatureIndex, TopoMap, Turn};
+use topo_map::{Displacement, LinkId, Place, PlaceId, SignatureIndex, TopoMap, Turn};
 
 use crate::config::Config;
 use crate::coordinates::Coordinates;
@@ -255,24 +255,36 @@ impl Recognizer {
 
     /// The places that look most alike, in headings that may be turned or not.
     fn alike(&self, new: &Signature, turned: bool, count: usize, wanted: impl Fn(PlaceId) -> bool) -> Vec<PlaceId> {
-        let (index, descriptor) = match turned {
-            true => (&self.unturned, new.turn_invariant_descriptor()),
-            false => (&self.oriented, new.descriptor()),
-        };
+        let (index, descriptor) = self.looks(new, turned);
         let found = index.nearest(&descriptor.0, count, wanted).unwrap_or_default();
         found.into_iter().map(|found| found.place).collect()
     }
 
-    /// Says which places hang together by measured links, and how, after links have changed: the robot was carried, a closure
-    /// was taken back.
+    /// What a place looks like in few numbers, and the index of these.
+    fn looks(&self, new: &Signature, turned: bool) -> (&SignatureIndex, Descriptor) {
+        match turned {
+            true => (&self.unturned, new.turn_invariant_descriptor()),
+            false => (&self.oriented, new.descriptor()),
+        }
+    }
+
+    /// Says which places hang together by measured links, and how, after links of any kind have changed: the robot was carried.
     pub(crate) fn tell_links(&mut self, map: &TopoMap<Arc<Signature>>) {
         self.pieces = Pieces::of(map);
         self.chains = Chains::of(map);
     }
 
-    /// The same after a closure was made.
-    pub(crate) fn tell_joined(&mut self, map: &TopoMap<Arc<Signature>>) {
-        if !self.pieces.is_whole() {
+    /// The same after closures were taken back, which costs what they are, unless they may hold the map together.
+    pub(crate) fn tell_taken_back(&mut self, map: &TopoMap<Arc<Signature>>, closures: &[LinkId]) {
+        closures.iter().filter_map(|id| map.link(*id)).for_each(|link| self.chains.forget(map, link));
+        if self.pieces.hang_on_closures() {
+            self.pieces = Pieces::of(map);
+        }
+    }
+
+    /// The same after two places were found to be one.
+    pub(crate) fn tell_joined(&mut self, map: &TopoMap<Arc<Signature>>, place: PlaceId, known: PlaceId) {
+        if !self.pieces.are_one(place, known) {
             self.pieces = Pieces::of(map);
         }
     }
@@ -307,13 +319,13 @@ impl Recognizer {
         if gates.len() <= ENOUGH + LIKELY {
             return;
         }
-        let gated: Vec<PlaceId> = gates.iter().map(|gate| gate.known).collect();
         let turned = gates.iter().any(|gate| gate.turn_window > ORIENTED);
-        let alike = self.alike(new, turned, LIKELY, |place| gated.contains(&place));
+        let (index, descriptor) = self.looks(new, turned);
+        let alike = index.nearest_among(&descriptor.0, LIKELY, gates.iter().map(|gate| gate.known)).unwrap_or_default();
         let mut kept = 0;
         gates.retain(|gate| {
             kept += 1;
-            kept <= ENOUGH || alike.contains(&gate.known)
+            kept <= ENOUGH || alike.iter().any(|found| found.place == gate.known)
         });
     }
 

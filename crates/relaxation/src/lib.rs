@@ -58,7 +58,7 @@ pub use pose_graph::{
 };
 pub use robust::{
     Kernel, RobustError, RobustMethod, RobustOptions, RobustPoses, RobustPositions, consistent_closures,
-    relax_poses_robustly, relax_robustly,
+    relax_poses_robustly, relax_poses_robustly_from, relax_robustly,
 };
 pub use solver::{RelaxOptions, Relaxed, Solver, relax};
 pub use sor::{FactorOutOfRange, Sor};

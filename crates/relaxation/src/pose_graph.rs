@@ -25,6 +25,7 @@ use crate::spring::Spring;
 
 pub use certificate::{PoseCertificate, PoseStrain, certify_poses};
 pub use covariance::pose_covariances;
+pub(crate) use descend::check_start;
 pub use descend::{PoseOptions, RelaxedPoses, descend};
 pub use error::PoseGraphError;
 pub(crate) use error::is_positive_definite;

@@ -25,7 +25,7 @@ mod poses;
 pub use consistency::consistent_closures;
 pub use kernel::{Kernel, RobustMethod, RobustOptions};
 pub use network::{RobustPositions, relax_robustly};
-pub use poses::{RobustPoses, relax_poses_robustly};
+pub use poses::{RobustPoses, relax_poses_robustly, relax_poses_robustly_from};
 
 use crate::bridges::are_bridges;
 use crate::pose_graph::PoseGraphError;

@@ -1,3 +1,5 @@
+use std::collections::HashMap;
+
 use crate::PlaceId;
 
 /// Finds, among very many places, those whose descriptors are nearest to a given one: an exact search by Euclidean
@@ -20,6 +22,9 @@ pub struct SignatureIndex {
     low: f32,
     step: f32,
     places: Vec<PlaceId>,
+    /// The last descriptor of each place, and the one before it of the same place.
+    last: HashMap<PlaceId, usize>,
+    before: Vec<Option<usize>>,
     exact: Vec<f32>,
     coarse: Vec<u8>,
     /// The greatest length of what rounding took from a descriptor.
@@ -82,8 +87,9 @@ impl SignatureIndex {
             return Err(IndexError::Shape { dimensions, low, high });
         }
         let step = (high - low) / 255.0;
-        let (places, exact, coarse) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { dimensions, low, step, places, exact, coarse, most_rounding: 0.0 })
+        let (places, last, before) = (Vec::new(), HashMap::new(), Vec::new());
+        let (exact, coarse) = (Vec::new(), Vec::new());
+        Ok(Self { dimensions, low, step, places, last, before, exact, coarse, most_rounding: 0.0 })
     }
 
     /// How many descriptors there are.
@@ -106,6 +112,7 @@ impl SignatureIndex {
     pub fn insert(&mut self, place: PlaceId, descriptor: &[f32]) -> Result<(), IndexError> {
         self.check(descriptor)?;
         let (coarse, rounding) = self.rounded(descriptor);
+        self.before.push(self.last.insert(place, self.places.len()));
         self.places.push(place);
         self.exact.extend_from_slice(descriptor);
         self.coarse.extend_from_slice(&coarse);
@@ -151,6 +158,28 @@ impl SignatureIndex {
         for (index, &square) in squares.iter().enumerate() {
             if square <= ruled_out_above && !favourites.contains(&index) {
                 consider(index, &mut ruled_out_above);
+            }
+        }
+        Ok(best)
+    }
+
+    /// The same among a few places that are known, which costs what they are, however many others there be.
+    ///
+    /// # Errors
+    ///
+    /// As [`SignatureIndex::nearest`].
+    pub fn nearest_among(
+        &self,
+        descriptor: &[f32],
+        count: usize,
+        places: impl IntoIterator<Item = PlaceId>,
+    ) -> Result<Vec<Found>, IndexError> {
+        self.check(descriptor)?;
+        let mut best: Vec<Found> = Vec::new();
+        for place in places.into_iter().filter(|_| count > 0) {
+            let rows = std::iter::successors(self.last.get(&place).copied(), |row| self.before[*row]);
+            for row in rows {
+                keep(&mut best, Found { place, distance: self.distance(row, descriptor) }, count);
             }
         }
         Ok(best)
@@ -272,6 +301,10 @@ mod tests {
                 index.insert(PlaceId(i), descriptor).unwrap();
             }
             prop_assert_eq!(index.nearest(&query, count, |_| true).unwrap(), brute(&descriptors, &query, count));
+            let third = |place: &PlaceId| place.0.is_multiple_of(3);
+            let among = (0..300).map(PlaceId).filter(third);
+            let admitted = index.nearest(&query, count, |place| third(&place)).unwrap();
+            prop_assert_eq!(index.nearest_among(&query, count, among).unwrap(), admitted);
         }
     }
 
@@ -285,6 +318,7 @@ mod tests {
         assert_eq!(found.iter().map(|f| f.place.0).collect::<Vec<_>>(), [0, 2, 1]);
         let found = index.nearest(&[0.0, 0.0], 3, |place| place != PlaceId(2)).unwrap();
         assert_eq!(found.iter().map(|f| f.place.0).collect::<Vec<_>>(), [0, 1]);
+        assert_eq!(index.nearest_among(&[0.0, 0.0], 3, [PlaceId(1), PlaceId(0), PlaceId(7)]), Ok(found));
     }
 
     #[test]

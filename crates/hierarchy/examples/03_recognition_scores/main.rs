@@ -130,7 +130,7 @@ impl Scores {
             }
             mapper.push(entry)?;
             if growth {
-                mark.pass(mapper.topology().places().len());
+                mark.pass(&mapper);
             }
         }
         mapper.finish()?;

@@ -2,9 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use nalgebra::{Isometry2, Point2, Vector2};
-use relaxation::{Auto, Network, Pose, PoseGraph, PoseOptions, PoseSpring, Solver, Spring, descend};
-use topo_map::{Link, LinkId, PlaceId, TopoMap};
+use nalgebra::{Isometry2, Matrix3, Point2, Vector2};
+use relaxation::{
+    Auto, Network, Pose, PoseGraph, PoseOptions, PoseSpring, RobustMethod, RobustOptions, Solver, Spring, descend,
+    relax_poses_robustly_from, relax_robustly,
+};
+use topo_map::{Link, LinkId, LinkOrigin, PlaceId, TopoMap};
 
 use crate::coordinates::problem::{RelaxationError, pose_spring, spring};
 
@@ -31,10 +34,25 @@ pub(super) struct Moved {
     pub(super) is_enough: bool,
 }
 
-/// What counts as not having moved, in metres and radians: a tenth of what a scan knows...
+/// What truncated least squares says of a part.
+pub(super) struct Outvoted {
+    /// Recognised links that the others contradict.
+    pub(super) links: Vec<LinkId>,
+    /// Whether nothing beyond would have moved, to speak of.
+    pub(super) is_enough: bool,
+}
+
+/// Information in 1/m² and 1/rad² of what nothing moves: a tenth of a millimetre.
+const RIGID: f64 = 1e8;
+/// What counts as not having moved at the rim of a part of so many places, in metres and radians: a tenth of what a scan
+/// knows. It grows with the breadth of a part, since what is left undone at its rim strains the links in between the less the
+/// more there are.
 const STILL: (f64, f64) = (0.001, 0.001);
-/// ...and of what a link knows of which a compass holds the heading, since it knows less of the distance.
+const SMALL: f64 = 64.0;
+/// The same where a compass holds the headings, since a link knows less of the distance then.
 const STILL_BY_COMPASS: f64 = 0.005;
+/// The same where it is only to be judged which links contradict the rest: what a scan knows.
+const STILL_TO_JUDGE: (f64, f64) = (0.02, 0.01);
 
 impl<'a> Part<'a> {
     /// At most `count` places around the ends of some links, and their rim.
@@ -65,24 +83,18 @@ impl<'a> Part<'a> {
         Self { places, moving, links: links.into_values().collect() }
     }
 
+    /// How many links there are.
+    pub(super) fn len(&self) -> usize {
+        self.links.len()
+    }
+
     /// The poses of least energy, given those of the rim.
     pub(super) fn relaxed(&self, pose: impl Fn(PlaceId) -> Isometry2<f64>) -> Result<Moved, RelaxationError> {
-        let turns = self.links.iter().any(|link| link.displacement.turn.is_some());
-        let number: BTreeMap<PlaceId, usize> = self.places.iter().copied().zip(0..).collect();
-        let spring = |link: &&Link| PoseSpring { from: number[&link.from], to: number[&link.to], ..pose_spring(link) };
-        let springs: Vec<PoseSpring> = self.links.iter().map(spring).collect();
+        let number = self.numbers();
+        let springs: Vec<PoseSpring> = self.links.iter().map(|link| number.spring(link)).collect();
         let before: Vec<Pose> = self.places.iter().map(|place| plain(&pose(*place))).collect();
-        let after = if turns { self.descended(&springs, &before)? } else { self.solved(&springs, &before)? };
-        let still = if turns { STILL.0 } else { STILL_BY_COMPASS };
-        let shifted = |place: usize| {
-            let (a, b) = (&before[place], &after[place]);
-            let off = (a.translation() - b.translation()).norm();
-            off > still || relaxation::wrap(a.heading - b.heading).abs() > STILL.1
-        };
-        let reaches_rim = |spring: &&PoseSpring| spring.from.max(spring.to) >= self.moving;
-        let has_rim = self.moving < self.places.len();
-        let is_enough =
-            has_rim && !springs.iter().filter(reaches_rim).any(|spring| shifted(spring.from) || shifted(spring.to));
+        let after = if self.turns() { self.descended(&springs, &before)? } else { self.solved(&springs, &before)? };
+        let is_enough = self.is_still(&springs, &before, &after, self.still());
         let chi2 = |spring: &PoseSpring, at: &[Pose]| spring.chi2(at[spring.from], at[spring.to]);
         let ids = self.links.iter().map(|link| link.id);
         Ok(Moved {
@@ -97,6 +109,77 @@ impl<'a> Part<'a> {
         })
     }
 
+    /// Which recognised links truncated least squares leaves out when the rim holds still, and whether letting them go would move
+    /// nothing beyond.
+    pub(super) fn outvoted(
+        &self,
+        pose: impl Fn(PlaceId) -> Isometry2<f64>,
+        bound: f64,
+    ) -> Result<Outvoted, RelaxationError> {
+        let options =
+            RobustOptions { method: RobustMethod::TruncatedLeastSquares { bound }, ..RobustOptions::default() };
+        let number = self.numbers();
+        let springs: Vec<PoseSpring> = self.links.iter().map(|link| number.spring(link)).collect();
+        let before: Vec<Pose> = self.places.iter().map(|place| plain(&pose(*place))).collect();
+        let mut trusted: Vec<bool> = self.links.iter().map(|link| link.origin != LinkOrigin::Recognized).collect();
+        let (rejected, after) = if self.turns() {
+            let (graph, start) = self.with_rest(&springs, &before)?;
+            trusted.resize(graph.springs().len(), true);
+            let robust = relax_poses_robustly_from(&graph, &start, &trusted, &options, &PoseOptions::default())?;
+            (robust.rejected, robust.poses[1..].to_vec())
+        } else {
+            let (network, _) = self.contracted(&springs, &before)?;
+            let robust = relax_robustly(&network, &trusted, &options)?;
+            (robust.rejected, self.put(&before, &robust.positions))
+        };
+        let links = rejected.into_iter().map(|k| self.links[k].id).collect();
+        Ok(Outvoted { links, is_enough: self.is_still(&springs, &before, &after, STILL_TO_JUDGE) })
+    }
+
+    fn turns(&self) -> bool {
+        self.links.iter().any(|link| link.displacement.turn.is_some())
+    }
+
+    fn numbers(&self) -> Numbers {
+        Numbers(self.places.iter().copied().zip(0..).collect())
+    }
+
+    /// Whether nothing next to the rim has moved farther than that, in metres and radians; there must be a rim.
+    fn is_still(&self, springs: &[PoseSpring], before: &[Pose], after: &[Pose], still: (f64, f64)) -> bool {
+        let shifted = |place: usize| {
+            let (a, b) = (&before[place], &after[place]);
+            let off = (a.translation() - b.translation()).norm();
+            off > still.0 || relaxation::wrap(a.heading - b.heading).abs() > still.1
+        };
+        let mut at_rim = springs.iter().filter(|spring| spring.from.max(spring.to) >= self.moving);
+        let has_rim = self.moving < self.places.len();
+        has_rim && !at_rim.any(|spring| shifted(spring.from) || shifted(spring.to))
+    }
+
+    /// What counts as not having moved: see [`STILL`].
+    #[expect(clippy::cast_precision_loss, reason = "far fewer than 2⁵² places")]
+    fn still(&self) -> (f64, f64) {
+        let farther = (self.moving as f64 / SMALL).sqrt().max(1.0);
+        let still = if self.turns() { STILL.0 * farther } else { STILL_BY_COMPASS.max(STILL.0 * farther) };
+        (still, STILL.1 * farther)
+    }
+
+    /// The graph with one node more, the first, that stands for the rest of the map: the rim hangs on it by springs that nothing
+    /// moves, so that a loop through the rest is a loop.
+    fn with_rest(&self, springs: &[PoseSpring], before: &[Pose]) -> Result<(PoseGraph, Vec<Pose>), RelaxationError> {
+        let mut all: Vec<PoseSpring> =
+            springs.iter().map(|spring| PoseSpring { from: spring.from + 1, to: spring.to + 1, ..*spring }).collect();
+        let rim = self.moving..self.places.len();
+        all.extend(rim.map(|place| PoseSpring {
+            from: 0,
+            to: place + 1,
+            from_to: before[place],
+            information: Matrix3::from_diagonal_element(RIGID),
+        }));
+        let start = std::iter::once(Pose::default()).chain(before.iter().copied()).collect();
+        Ok((PoseGraph::new(self.places.len() + 1, &all)?, start))
+    }
+
     /// The poses of least energy near some others.
     fn descended(&self, springs: &[PoseSpring], before: &[Pose]) -> Result<Vec<Pose>, RelaxationError> {
         let held: Vec<(usize, Pose)> = before.iter().copied().enumerate().skip(self.moving).collect();
@@ -104,9 +187,19 @@ impl<'a> Part<'a> {
         Ok(descend(&graph, before, &PoseOptions::default())?.poses)
     }
 
-    /// The same where a compass holds the headings, which is linear: the rim is one node at the origin, and each spring to it
-    /// is longer by where its place lies.
+    /// The same where a compass holds the headings, which is linear.
     fn solved(&self, springs: &[PoseSpring], before: &[Pose]) -> Result<Vec<Pose>, RelaxationError> {
+        let (network, start) = self.contracted(springs, before)?;
+        Ok(self.put(before, &Auto.solve(&network, &start).positions))
+    }
+
+    /// The network in which the rim is one node, the first, at the origin, and each spring to it is longer by where its place
+    /// lies; and where the nodes are.
+    fn contracted(
+        &self,
+        springs: &[PoseSpring],
+        before: &[Pose],
+    ) -> Result<(Network, Vec<Point2<f64>>), RelaxationError> {
         let node = |place: usize| if place < self.moving { place + 1 } else { 0 };
         let lies = |place: usize| if place < self.moving { Vector2::zeros() } else { before[place].translation() };
         let moved = |(ends, link): (&PoseSpring, &&Link)| {
@@ -114,14 +207,27 @@ impl<'a> Part<'a> {
             let rest = measured.rest + lies(ends.from) - lies(ends.to);
             Spring { from: node(ends.from), to: node(ends.to), rest, ..measured }
         };
-        let network = Network::new(self.moving + 1, &springs.iter().zip(&self.links).map(moved).collect::<Vec<_>>())?;
+        let network = Network::from_vec(self.moving + 1, springs.iter().zip(&self.links).map(moved).collect())?;
         let moving = before[..self.moving].iter().map(|pose| pose.translation().into());
-        let start: Vec<Point2<f64>> = std::iter::once(Point2::origin()).chain(moving).collect();
+        Ok((network, std::iter::once(Point2::origin()).chain(moving).collect()))
+    }
+
+    /// The poses with the positions of the contracted network's nodes.
+    fn put(&self, before: &[Pose], nodes: &[Point2<f64>]) -> Vec<Pose> {
         let mut after = before.to_vec();
-        for (pose, at) in after.iter_mut().zip(Auto.solve(&network, &start).positions.iter().skip(1)) {
+        for (pose, at) in after[..self.moving].iter_mut().zip(&nodes[1..]) {
             *pose = Pose::new(at.x, at.y, pose.heading);
         }
-        Ok(after)
+        after
+    }
+}
+
+/// The number of each place in a part.
+struct Numbers(BTreeMap<PlaceId, usize>);
+
+impl Numbers {
+    fn spring(&self, link: &Link) -> PoseSpring {
+        PoseSpring { from: self.0[&link.from], to: self.0[&link.to], ..pose_spring(link) }
     }
 }
 

@@ -5,6 +5,8 @@ use topo_map::{PlaceId, TopoMap};
 pub(super) struct Pieces {
     /// The piece of each place, by number; later places belong to the last one's. Empty where all is one.
     piece: Vec<u32>,
+    /// Whether the robot was ever carried, so that closures may be all that holds the map together.
+    was_carried: bool,
 }
 
 impl Pieces {
@@ -14,13 +16,18 @@ impl Pieces {
         }
         let groups = map.components();
         if groups.len() < 2 {
-            return Self::default();
+            return Self { was_carried: true, ..Self::default() };
         }
         let mut piece = vec![0; map.places().len()];
         for (number, group) in (0..).zip(&groups) {
             group.iter().for_each(|place| piece[place.index()] = number);
         }
-        Self { piece }
+        Self { piece, was_carried: true }
+    }
+
+    /// Whether the map can fall apart where a closure is taken back.
+    pub(super) fn hang_on_closures(&self) -> bool {
+        self.was_carried
     }
 
     pub(super) fn is_whole(&self) -> bool {

@@ -47,18 +47,23 @@ pub struct RelaxedPoses {
 /// # Errors
 /// Not one finite start pose for each node, or information matrices too far apart.
 pub fn descend(graph: &PoseGraph, start: &[Pose], options: &PoseOptions) -> Result<RelaxedPoses, PoseGraphError> {
-    let nodes = graph.len();
-    if let Some(first_wrong) =
-        (0..nodes.max(start.len())).find(|k| *k >= nodes || !start.get(*k).is_some_and(|p| p.is_finite()))
-    {
-        return Err(PoseGraphError::StartWrong { nodes, poses: start.len(), first_wrong });
-    }
+    check_start(graph, start)?;
     let mut poses = start.to_vec();
     for (pose, held) in poses.iter_mut().zip(&graph.held) {
         *pose = held.unwrap_or(*pose);
     }
     let mut system = system(graph);
     Descent::new(&mut system).run(poses, options)
+}
+
+/// That there is one finite pose for each node.
+pub(crate) fn check_start(graph: &PoseGraph, start: &[Pose]) -> Result<(), PoseGraphError> {
+    let nodes = graph.len();
+    let is_wrong = |k: &usize| *k >= nodes || !start.get(*k).is_some_and(|pose| pose.is_finite());
+    match (0..nodes.max(start.len())).find(is_wrong) {
+        Some(first_wrong) => Err(PoseGraphError::StartWrong { nodes, poses: start.len(), first_wrong }),
+        None => Ok(()),
+    }
 }
 
 /// The springs of `graph`, prepared, and its pattern, analysed.

@@ -5,7 +5,7 @@ use super::graduate::{check, reweight};
 use super::network::{FLOOR, spanning};
 use super::{RobustError, RobustMethod, RobustOptions, consistent_closures, suspects};
 use crate::pose::Pose;
-use crate::pose_graph::{PoseGraph, PoseOptions, Reweighting};
+use crate::pose_graph::{PoseGraph, PoseOptions, Reweighting, check_start};
 
 /// Poses, and what was believed on the way.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,14 +43,42 @@ pub fn relax_poses_robustly(
     options: &RobustOptions,
     descent: &PoseOptions,
 ) -> Result<RobustPoses, RobustError> {
+    robustly(graph, None, trusted, options, descent)
+}
+
+/// The same from poses that are about right, as those of a map are to which a closure was added: nothing is relaxed without a
+/// start, and closures are not compared in pairs, so that a small graph costs little.
+///
+/// # Errors
+/// As [`relax_poses_robustly`]; not one finite pose for each node.
+pub fn relax_poses_robustly_from(
+    graph: &PoseGraph,
+    start: &[Pose],
+    trusted: &[bool],
+    options: &RobustOptions,
+    descent: &PoseOptions,
+) -> Result<RobustPoses, RobustError> {
+    check_start(graph, start)?;
+    robustly(graph, Some(start), trusted, options, descent)
+}
+
+fn robustly(
+    graph: &PoseGraph,
+    start: Option<&[Pose]>,
+    trusted: &[bool],
+    options: &RobustOptions,
+    descent: &PoseOptions,
+) -> Result<RobustPoses, RobustError> {
     check(options.method)?;
     let ends: Vec<(usize, usize)> = graph.springs().iter().map(|s| (s.from, s.to)).collect();
     let suspects = suspects(graph.len(), &ends, trusted)?;
     let kept = spanning(graph.len(), &ends, &suspects);
     let mut weights = vec![1.0; ends.len()];
     let rough = PoseOptions { tolerance: descent.tolerance.max(1e-4), max_iterations: descent.max_iterations.min(20) };
-    let mut relaxation = Reweighting::new(graph, graph.odometry());
-    begin(&mut relaxation, graph, &kept, &suspects, &rough)?;
+    let mut relaxation = Reweighting::new(graph, start.map_or_else(|| graph.odometry(), <[Pose]>::to_vec));
+    if start.is_none() {
+        begin(&mut relaxation, graph, &kept, &suspects, &rough)?;
+    }
     let e2 = relaxation.errors();
     let mut iterations = 1;
     if !suspects.is_empty() {
@@ -132,4 +160,43 @@ fn settle(
 /// A spring that alone holds a part of the map keeps some stiffness, however small, or the part floats away.
 fn floored(weights: &[f64], kept: &[bool]) -> Vec<f64> {
     weights.iter().zip(kept).map(|(w, kept)| if *kept { w.max(FLOOR) } else { *w }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::pose_graph::{PoseSpring, descend};
+
+    /// A square of 40 places walked round twice, each place of the second round recognised from the first; the last closure is
+    /// false.
+    fn rounds() -> (PoseGraph, Vec<bool>) {
+        let spring = |from: usize, to: usize, from_to: Pose| PoseSpring {
+            from,
+            to,
+            from_to,
+            information: Matrix3::from_diagonal(&[2500.0, 2500.0, 1e5].into()),
+        };
+        let step =
+            |k: usize| Pose::new(1.0, 0.002, if k.is_multiple_of(10) { std::f64::consts::FRAC_PI_2 } else { 0.0 });
+        let driven = (1..80).map(|k| spring(k - 1, k, step(k)));
+        let closures = (40..80).map(|k| spring(k, k - 40, Pose::default()));
+        let wrong = spring(75, 5, Pose::default());
+        let springs: Vec<PoseSpring> = driven.chain(closures).chain([wrong]).collect();
+        let trusted = (0..springs.len()).map(|k| k < 79).collect();
+        (PoseGraph::new(80, &springs).unwrap(), trusted)
+    }
+
+    #[test]
+    fn from_where_all_closures_put_the_poses_the_false_one_is_let_go() {
+        let (graph, trusted) = rounds();
+        let options = PoseOptions::default();
+        let start = descend(&graph, &graph.odometry(), &options).unwrap().poses;
+        let robust = relax_poses_robustly_from(&graph, &start, &trusted, &RobustOptions::default(), &options).unwrap();
+        assert_eq!(robust.rejected, [119]);
+        let anew = relax_poses_robustly(&graph, &trusted, &RobustOptions::default(), &options).unwrap();
+        approx::assert_relative_eq!(robust.chi2, anew.chi2, max_relative = 1e-6);
+        assert!(relax_poses_robustly_from(&graph, &start[1..], &trusted, &RobustOptions::default(), &options).is_err());
+    }
 }

@@ -49,7 +49,7 @@ impl Chains {
         Self { junctions: map.places().iter().map(|place| place.id).collect(), ..Self::of(map) }
     }
 
-    /// Takes places and links into account that came since. Links that changed need [`Chains::of`].
+    /// Takes places and links into account that came since. Links that changed otherwise need [`Chains::of`].
     pub(crate) fn follow<S>(&mut self, map: &TopoMap<S>) {
         for place in &map.places()[self.sums.len()..] {
             let before = place.id.0.checked_sub(1).map(PlaceId);
@@ -63,6 +63,12 @@ impl Chains {
             self.tell(map, link.to);
         }
         self.links = map.links().len();
+    }
+
+    /// The same of a closure that was taken back.
+    pub(crate) fn forget<S>(&mut self, map: &TopoMap<S>, closure: &Link) {
+        self.tell(map, closure.from);
+        self.tell(map, closure.to);
     }
 
     /// Whether it is a junction, now.

@@ -115,7 +115,7 @@ mod tests {
                 }
                 // Once more with the last link taken back.
                 map.set_link_state(map.links().last().unwrap().id, LinkState::Rejected).unwrap();
-                chains = Chains::of(&map);
+                chains.forget(&map, map.links().last().unwrap());
             }
         }
     }
