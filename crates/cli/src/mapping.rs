@@ -1,8 +1,9 @@
 use std::time::Instant;
 
-use hierarchy::{Mapper, Truth};
+use hierarchy::{GyroSurvey, Mapper, Truth};
 use robot_log::EntryKind;
 
+use crate::commands::run::Job;
 use crate::context::{self, Context};
 use crate::failure::Failure;
 use crate::finished::rejected;
@@ -65,6 +66,31 @@ impl Cut {
             _ => Lies::Within,
         }
     }
+}
+
+/// What only the whole log tells and the mapper should know from the beginning: how its gyro drifts. Logs that can be read
+/// once only, and those without a gyro among their first entries, are not looked through.
+pub(crate) fn look_ahead(mapper: &mut Mapper, job: &Job) -> Result<(), Failure> {
+    const FIRST: usize = 100;
+    if job.inputs.is_empty() || !job.inputs.iter().all(|path| path.is_file()) {
+        return Ok(());
+    }
+    let (mut survey, mut start, mut has_gyro) = (GyroSurvey::default(), None, false);
+    for (number, entry) in (job.open)()?.enumerate() {
+        let Ok(entry) = entry else { break }; // told of when it is mapped
+        let since_start = entry.stamp - *start.get_or_insert(entry.stamp);
+        if job.args.from.is_none_or(|from| since_start >= from) {
+            survey.see(&entry);
+        }
+        has_gyro |= matches!(entry.kind, EntryKind::Gyro { .. });
+        if number == FIRST && !has_gyro {
+            break;
+        }
+    }
+    if let Some(drift) = survey.drift() {
+        mapper.expect_drift(drift);
+    }
+    Ok(())
 }
 
 /// Feeds a log to the mapper, entry by entry, and completes the map unless the user interrupts.

@@ -29,6 +29,7 @@ pub use coordinates::{Coordinates, Relaxation};
 pub use event::Event;
 pub use exploration::{Ended, Errand, Exploration, ExplorationError};
 pub use front_end::SenseError;
+pub use front_end::gyro::{GyroDrift, GyroSurvey};
 pub use front_end::tracker::{Tracker, Travel};
 pub use live_map::{Followed, LiveMap};
 pub use mapper::growth::{Growth, Regrown};

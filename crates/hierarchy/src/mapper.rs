@@ -21,6 +21,7 @@ use crate::coordinates::problem::RelaxationError;
 use crate::coordinates::{Coordinates, Relaxation};
 use crate::event::Event;
 use crate::front_end::eyes::{Eyes, touch};
+use crate::front_end::gyro::GyroDrift;
 use crate::front_end::{FrontEnd, SenseError, Sensed};
 use crate::mapper::tally::Tally;
 use crate::query::floor_plan::FloorPlan;
@@ -134,6 +135,14 @@ impl Mapper {
             same: BTreeMap::new(),
             config,
         })
+    }
+
+    /// Says how the log's gyro drifts at first, where somebody looked through the log before: see [`GyroSurvey`]. A gyro
+    /// that has spoken already knows better.
+    ///
+    /// [`GyroSurvey`]: crate::GyroSurvey
+    pub fn expect_drift(&mut self, drift: GyroDrift) {
+        self.front_end.tracker.expect_drift(drift);
     }
 
     /// Takes in one entry; all levels are consistent when it returns.

@@ -1,5 +1,5 @@
 use hierarchy::evaluate::{Alignment, Pairing, TimedPath, absolute_error};
-use hierarchy::{Config, Mapper};
+use hierarchy::{Config, GyroSurvey, Mapper};
 use nalgebra::Isometry2;
 use robot_log::Entry;
 use simulator::{Drift, OdometryModel};
@@ -87,6 +87,35 @@ fn every_garden_has_its_true_size_whatever_its_gyro_does() {
         assert!(size.contains(&x.max(y)), "{name}: {x:.1} × {y:.1} m");
         assert!(gap <= end_by_gyro, "{name} ends {gap:.2} m from its start, by gyro alone {end_by_gyro} m");
     }
+}
+
+#[test]
+fn a_log_that_is_looked_through_before_bends_nothing_until_its_first_rest() {
+    let Some(folder) = shared("sonar/bigwheel") else { return };
+    // From its middle on the robot drives for 27 s, while its gyro turns by 150° of its own, before it rests.
+    let log = entries(&[folder.join("garden_04_04_20.csv")], Some("bigwheel"));
+    let log = &log[log.len() / 2..];
+    let mut survey = GyroSurvey::default();
+    log.iter().for_each(|entry| survey.see(entry));
+    let drift = survey.drift().unwrap();
+    assert!((drift.rate.to_degrees() + 5.55).abs() < 0.5, "{drift:?}");
+    let mut mapper = Mapper::new(Config::default()).unwrap();
+    mapper.expect_drift(drift);
+    for entry in log {
+        mapper.push(entry).unwrap();
+    }
+    mapper.finish().unwrap();
+    let box_of = |mapper: &Mapper| {
+        let points: Vec<_> = mapper.poses().iter().map(|pose| pose.translation.vector).collect();
+        let size = |axis: usize| {
+            let along = points.iter().map(|point| point[axis]);
+            along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min)
+        };
+        size(0).hypot(size(1))
+    };
+    let (known, learnt) = (box_of(&mapper), box_of(&map(log, Config::default())));
+    println!("diagonal of what was driven over: {known:.1} m, without looking ahead {learnt:.1} m");
+    assert!(known < 10.5, "{known:.1} m; the garden's is 9.3 m");
 }
 
 #[test]

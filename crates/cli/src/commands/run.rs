@@ -169,6 +169,7 @@ pub(crate) fn go_on(
     context::catch_interrupts();
     let mut record = RunRecord::begin(job.args.seed, job.inputs);
     let live = job.args.live.start(context)?;
+    mapping::look_ahead(&mut mapper, job)?;
     let mut log = (job.open)()?;
     let part = Part { known, from: job.args.from, until: job.args.until };
     let path = folder.path().to_owned();
@@ -256,7 +257,9 @@ fn run_again(
     let beside = tempfile::Builder::new().prefix(".verify-").tempdir_in(first.path());
     let beside = beside.map_err(|error| Failure::writing(first.path(), &error))?;
     let folder = RunFolder::existing(beside.path());
-    let (mut mapper, mut log) = (new_mapper(config)?, (job.open)()?);
+    let mut mapper = new_mapper(config)?;
+    mapping::look_ahead(&mut mapper, job)?;
+    let mut log = (job.open)()?;
     let part = Part { known: 0, from: job.args.from, until: job.args.until };
     let fed = mapping::feed(&mut mapper, &mut log, (part, 0), None, &silent, |_| Ok(()))?;
     let fed = Fed { skipped: metrics.log.skipped, ..fed };

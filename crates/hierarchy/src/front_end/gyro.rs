@@ -2,9 +2,11 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 mod rest;
+mod survey;
 mod watch;
 
 pub(crate) use rest::Rest;
+pub use survey::{GyroDrift, GyroSurvey};
 pub(crate) use watch::RestWatch;
 
 /// Holds a heading by a gyro that drifts, and learns how fast: a Kalman filter over
@@ -81,6 +83,12 @@ impl Gyro {
     pub(crate) fn new(reading: f64) -> Self {
         let covariance = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, CALIBRATED_DRIFT * CALIBRATED_DRIFT));
         Self::restored((0.0, 0.0, matrix_numbers(&covariance), reading, 0.0))
+    }
+
+    /// The same gyro, which is known to drift.
+    pub(crate) fn expecting(self, drift: GyroDrift) -> Self {
+        let covariance = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, drift.variance));
+        Self { drift: drift.rate, covariance, ..self }
     }
 
     /// A gyro that was taken for a compass for `elapsed` seconds while it drifted by `drift` ± `variance`.

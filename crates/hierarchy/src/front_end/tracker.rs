@@ -2,7 +2,7 @@ use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
 use robot_log::local_grid::{Heading, Match};
 
 use crate::config::{Config, HeadingMode};
-use crate::front_end::gyro::{Gyro, GyroBesideWheels, HeadingDrift, RestWatch};
+use crate::front_end::gyro::{Gyro, GyroBesideWheels, GyroDrift, HeadingDrift, RestWatch};
 use crate::session::SessionError;
 use crate::session::records::{StoredTracker, isometry, pose};
 
@@ -32,6 +32,8 @@ pub struct Tracker {
     contradicted: f64,
     /// What was taken for a compass until it turned while the robot stood still, with the seconds since it first spoke.
     gyro: Option<Gyro>,
+    /// How a gyro that has not spoken yet will drift.
+    expected_drift: Option<GyroDrift>,
     first_heading: Option<f64>,
 }
 
@@ -99,6 +101,7 @@ impl Tracker {
             rest: RestWatch::default(),
             contradicted: 0.0,
             gyro: None,
+            expected_drift: None,
             first_heading: None,
         }
     }
@@ -109,6 +112,11 @@ impl Tracker {
             gyro: self.gyro.as_ref().map(Gyro::stored),
             first_heading: self.first_heading,
         }
+    }
+
+    /// Says how the gyro, which has not spoken yet, will drift at first.
+    pub(crate) fn expect_drift(&mut self, drift: GyroDrift) {
+        self.expected_drift = Some(drift);
     }
 
     /// What the gyro knows of the wheels beside it.
@@ -331,7 +339,8 @@ impl Tracker {
         }
         let passed = self.rest.read(stamp, heading.radians());
         if self.gyro.is_none() {
-            self.gyro = Some(Gyro::new(deviation));
+            let gyro = Gyro::new(deviation);
+            self.gyro = Some(self.expected_drift.map_or(gyro.clone(), |drift| gyro.expecting(drift)));
             self.compass_offset = innovation_of(heading, 0.0, &self.track_from_robot);
         }
         self.turn_by_gyro(passed.unwrap_or(0.0), heading);
