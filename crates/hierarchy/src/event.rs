@@ -20,6 +20,8 @@ pub enum Event {
     Carried {
         /// The link over which it was carried, which says nothing.
         link: LinkId,
+        /// What told of it.
+        told_by: CarriedBy,
     },
     /// The robot is where it was before; a link closes the loop.
     PlaceRecognized {
@@ -45,5 +47,20 @@ pub enum Event {
         energy_after: f64,
         /// Largest shift of a place, in metres.
         max_shift: f64,
+    },
+}
+
+/// What tells that a robot was carried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum CarriedBy {
+    /// From one scan to the next everything was another.
+    Scans,
+    /// Places passed since then look like old ones, all moved by one motion that no drift explains.
+    Places {
+        /// How many of them agree.
+        agreed: usize,
+        /// Logarithm of the odds against all else.
+        log_odds: f64,
     },
 }

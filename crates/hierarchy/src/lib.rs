@@ -26,7 +26,7 @@ pub use config::{
 pub use coordinates::directions::HeldHeading;
 pub use coordinates::problem::{Problem, RelaxationError};
 pub use coordinates::{Coordinates, Relaxation};
-pub use event::Event;
+pub use event::{CarriedBy, Event};
 pub use exploration::{Ended, Errand, Exploration, ExplorationError};
 pub use front_end::SenseError;
 pub use front_end::gyro::{GyroDrift, GyroSurvey};

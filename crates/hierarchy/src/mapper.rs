@@ -13,7 +13,7 @@ use std::sync::Arc;
 use nalgebra::Isometry2;
 use robot_log::local_grid::{FrameError, Signature};
 use robot_log::{Entry, EntryKind};
-use topo_map::{Displacement, Link, LinkId, LinkOrigin, LinkState, PlaceId, TopoMap, Turn};
+use topo_map::{Displacement, LinkId, LinkOrigin, PlaceId, TopoMap, Turn};
 
 use crate::config::{Config, ConfigError, HeadingMode, RelaxationPolicy};
 use crate::coordinates::directions::held_headings;
@@ -354,7 +354,9 @@ impl Mapper {
             Sensing::Faithful,
             self.front_end.held(),
         );
-        self.close(closures)
+        let mut events = self.close(closures)?;
+        events.extend(self.notice_afterwards()?);
+        Ok(events)
     }
 
     /// Turns what the recognizer decided into links, if the laser bears it out; relaxes if a loop was closed, and takes
@@ -406,27 +408,33 @@ impl Mapper {
         closures
     }
 
+    /// The squared normalised residual from which a closure is under suspicion.
+    fn suspicious(&self) -> f64 {
+        SUSPICIOUS[usize::from(!self.front_end.tracker.has_compass())]
+    }
+
+    /// Brings all coordinates to their optimum, and takes back closures that the relaxed map contradicts.
+    fn settle_all(&mut self) -> Result<Vec<Event>, MapperError> {
+        let mut events = vec![relaxed(self.coordinates.relax(&self.map)?)];
+        let residuals = self.coordinates.problem(&self.map)?.residuals(&self.coordinates.padded(&self.map));
+        let measured = self.map.links().iter().filter(|link| link.is_measured()).map(|link| link.id);
+        let misfits: Vec<(LinkId, f64)> = measured.zip(residuals).collect();
+        events.extend(self.revoke(&misfits)?);
+        Ok(events)
+    }
+
     /// Takes back closures that the relaxed map contradicts: those outvoted by the rest, by truncated least squares.
     /// It is only asked where a closure is under suspicion by its misfit, and only of what lies around.
     fn revoke(&mut self, misfits: &[(LinkId, f64)]) -> Result<Vec<Event>, MapperError> {
         let recognized = |id| self.map.link(id).is_some_and(|link| link.origin == LinkOrigin::Recognized);
-        let bound = SUSPICIOUS[usize::from(!self.front_end.tracker.has_compass())];
+        let bound = self.suspicious();
         let suspected = misfits.iter().filter(|(id, chi2)| *chi2 > bound && recognized(*id));
         let suspected: Vec<LinkId> = suspected.map(|(id, _)| *id).collect();
         if suspected.is_empty() {
             return Ok(Vec::new());
         }
         let rejected = self.coordinates.outvoted(&self.map, &suspected, bound)?;
-        let mut events = Vec::new();
-        for (id, chi2) in &rejected {
-            self.map.set_link_state(*id, LinkState::Rejected)?;
-            let Some(&Link { from, to, .. }) = self.map.link(*id) else { continue };
-            let is_it = |closure: &&mut Closure| closure.is_accepted() && (closure.place, closure.known) == (from, to);
-            if let Some(closure) = self.closures.iter_mut().rev().find(is_it) {
-                closure.verdict = Verdict::Contradicted { chi2: *chi2 };
-                events.push(Event::RecognitionRefused { closure: *closure });
-            }
-        }
+        let mut events = self.reject(&rejected)?;
         if !events.is_empty() {
             let rejected: Vec<LinkId> = rejected.into_iter().map(|(id, _)| id).collect();
             self.recognizer.tell_taken_back(&self.map, &rejected);

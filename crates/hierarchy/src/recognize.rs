@@ -1,5 +1,6 @@
 mod anywhere;
 mod closure;
+pub(crate) mod hindsight;
 mod pieces;
 pub(crate) mod proposals;
 pub(crate) mod reach;
@@ -19,6 +20,7 @@ use crate::config::Config;
 use crate::coordinates::Coordinates;
 use crate::recognize::reach::{Chains, Held, Reach, reach_from};
 pub use closure::{Closure, Verdict};
+use hindsight::Hindsight;
 use pieces::Pieces;
 use stretch::{Agreement, Doubt, Hypothesis, OVERLAP, UNLIKE, Weighing};
 pub(crate) use stretch::{Likeness, View};
@@ -48,6 +50,7 @@ pub(crate) struct Recognizer {
     spacing: f64,
     align: AlignOptions,
     stretch: VecDeque<View>,
+    hindsight: Hindsight,
     /// What every completed place looks like, in few numbers: for headings that hold, and in ones that no turn changes.
     oriented: SignatureIndex,
     unturned: SignatureIndex,
@@ -122,6 +125,7 @@ impl Recognizer {
             spacing: config.places.spacing_m,
             align: AlignOptions::default(),
             stretch: VecDeque::new(),
+            hindsight: Hindsight::default(),
             oriented: index(),
             unturned: index(),
             pieces: Pieces::default(),
@@ -395,14 +399,24 @@ impl Recognizer {
         decided
     }
 
+    /// How surely the old places that look like some views are known from the newest of them.
+    fn reach_of<'a>(
+        &self,
+        map: &TopoMap<Arc<Signature>>,
+        views: impl DoubleEndedIterator<Item = &'a View> + Clone,
+    ) -> HashMap<PlaceId, Reach> {
+        let Some(newest) = views.clone().next_back() else { return HashMap::new() };
+        let likenesses = views.flat_map(|view| &view.likenesses);
+        let alike = likenesses.filter(|likeness| likeness.displacement.is_some()).map(|likeness| likeness.known);
+        let known: Vec<PlaceId> = BTreeSet::from_iter(alike).into_iter().collect();
+        let reach = known.iter().copied().zip(reach_from(map, &self.chains, newest.place, &known));
+        reach.filter_map(|(place, reach)| Some((place, reach?))).collect()
+    }
+
     /// The likeliest motion of the stretch.
     fn likeliest(&self, map: &TopoMap<Arc<Signature>>, coordinates: &Coordinates, held: Held) -> Option<Likeliest> {
         let newest = self.stretch.back()?.place;
-        let likenesses = self.stretch.iter().flat_map(|view| &view.likenesses);
-        let alike = likenesses.filter(|likeness| likeness.displacement.is_some()).map(|likeness| likeness.known);
-        let known: Vec<PlaceId> = BTreeSet::from_iter(alike).into_iter().collect();
-        let reach = known.iter().copied().zip(reach_from(map, &self.chains, newest, &known));
-        let reach: HashMap<PlaceId, Reach> = reach.filter_map(|(place, reach)| Some((place, reach?))).collect();
+        let reach = self.reach_of(map, self.stretch.iter());
         let weigh = |weighing: Weighing<'_>| weighing.hypotheses().into_iter();
         let begin = self.stretch.len().saturating_sub(STRETCH);
         let views = self.stretch.iter().enumerate().skip(begin);

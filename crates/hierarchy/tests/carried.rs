@@ -1,6 +1,6 @@
 //! A robot that is lifted and set down elsewhere: its map must not bend, and it must find itself again.
 
-use hierarchy::{Closure, Config, Event, Mapper, Verdict};
+use hierarchy::{CarriedBy, Closure, Config, Event, Mapper, Verdict};
 use robot_log::Entry;
 use simulator::{Robot, RobotDescription, TourOptions, World, carried};
 
@@ -46,12 +46,16 @@ fn without(log: &[Entry], from: f64, to: f64) -> Vec<Entry> {
     carried(log.iter().cloned(), stamp(from)..stamp(to))
 }
 
-fn laser_tour() -> Vec<Entry> {
+/// What a laser sees that is driven round the office with its rooms, then round again until it was so many times.
+fn laser_rounds(rounds: usize) -> Vec<Entry> {
     let world = World::from_plan(include_str!("../../../fixtures/worlds/office-loop.toml")).unwrap();
     let mut robot = Robot::new(&world, RobotDescription::named("laser").unwrap(), 7).unwrap();
     let options = TourOptions { stop_every: 0.4, firings: 1, ..TourOptions::default() };
+    let tour = &world.tours()[0].points;
+    let again = &tour[tour.len() - 16..tour.len() - 2];
+    let points = [&tour[..tour.len() - 16], &again.repeat(rounds - 1), &tour[tour.len() - 2..]].concat();
     let mut log = Vec::new();
-    robot.drive_tour(&world.tours()[0].points, &options, |_, entries| log.extend(entries)).unwrap();
+    robot.drive_tour(&points, &options, |_, entries| log.extend(entries)).unwrap();
     log
 }
 
@@ -69,7 +73,7 @@ fn a_robot_with_sonars_and_compass_is_found_again() {
 
 #[test]
 fn a_robot_with_a_laser_is_found_again_whatever_way_it_faces() {
-    let log = laser_tour();
+    let log = laser_rounds(2);
     assert_eq!(story(&log).carried, 0);
     is_found_again(&without(&log, 0.4, 0.6), 0.05);
 }
@@ -97,4 +101,20 @@ fn a_map_goes_on_after_a_break_as_if_there_had_been_none() {
     second.finish().unwrap();
     assert_eq!(second.closures(), whole.closures());
     assert_eq!(second.coordinates().positions(), whole.coordinates().positions());
+}
+
+#[test]
+fn a_robot_carried_along_a_corridor_is_found_out_later() {
+    // All scans look as before when it is set down 7 m farther on.
+    let log = laser_rounds(3);
+    assert_eq!(story(&log).carried, 0);
+    let log = without(&log, 0.65, 0.675);
+    let mut mapper = Mapper::new(Config::default()).unwrap();
+    let events: Vec<Event> = log.iter().flat_map(|entry| mapper.push(entry).unwrap()).collect();
+    let told_by = events.iter().filter_map(|event| match event {
+        Event::Carried { told_by, .. } => Some(told_by),
+        _ => None,
+    });
+    assert!(matches!(told_by.collect::<Vec<_>>()[..], [CarriedBy::Places { agreed: 15.., .. }]), "by places alone");
+    is_found_again(&log, 0.5);
 }

@@ -1,4 +1,4 @@
-use topo_map::{LinkId, Place, PlaceId};
+use topo_map::{Place, PlaceId};
 
 use super::{Mapper, MapperError};
 use crate::event::Event;
@@ -53,11 +53,7 @@ impl Mapper {
     fn close_all(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
         let mut events = self.link(closures)?;
         if !events.is_empty() {
-            events.push(super::relaxed(self.coordinates.relax(&self.map)?));
-            let residuals = self.coordinates.problem(&self.map)?.residuals(&self.coordinates.padded(&self.map));
-            let measured = self.map.links().iter().filter(|link| link.is_measured()).map(|link| link.id);
-            let misfits: Vec<(LinkId, f64)> = measured.zip(residuals).collect();
-            events.extend(self.revoke(&misfits)?);
+            events.extend(self.settle_all()?);
         }
         Ok(events)
     }

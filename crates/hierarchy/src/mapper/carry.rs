@@ -1,5 +1,6 @@
 //! A mapper whose robot is carried.
 
+mod afterwards;
 mod watch;
 
 use nalgebra::{Isometry2, Matrix2};
@@ -7,7 +8,7 @@ use robot_log::local_grid::SensorKind;
 use topo_map::{Displacement, Link, LinkId, LinkOrigin, PlaceId, Turn};
 
 use super::{Mapper, MapperError};
-use crate::event::Event;
+use crate::event::{CarriedBy, Event};
 use crate::recognize::Closure;
 use crate::trajectory::{Anchor, Sample};
 pub(super) use watch::CarryWatch;
@@ -25,6 +26,11 @@ impl Mapper {
             Some(first) => self.go_on_elsewhere(first),
             None => Ok(Vec::new()),
         }
+    }
+
+    /// Whether the last scans look rather as if the robot had been carried just now.
+    pub(crate) fn may_be_carried(&self) -> bool {
+        self.watch.is_in_doubt()
     }
 
     /// Looks again at the last samples that a session holds; what a compass said then is gone.
@@ -63,7 +69,7 @@ impl Mapper {
         let link = if arrived_since { self.tie_again(first) } else { Some(self.begin_at(first, &last)?) };
         if let Some(link) = link {
             self.map.carry(link)?;
-            events.push(Event::Carried { link });
+            events.push(Event::Carried { link, told_by: CarriedBy::Scans });
         }
         self.recognizer.tell_links(&self.map);
         Ok(events)

@@ -138,7 +138,10 @@ fn signatures(
     for (index, anchor) in anchors.iter().enumerate() {
         let signature = &mut drawn[anchor.place.index()];
         if signature.is_none() {
-            let until = anchors.get(index + 1).map_or(samples.len(), |next| next.sample);
+            // Where the robot was carried on its way to a place, its path is tied to it twice: there, and where it came to it.
+            let is_set_down = set_down.contains(&anchor.sample);
+            let next = anchors[index + 1..].iter().find(|next| !is_set_down || next.place != anchor.place);
+            let until = next.map_or(samples.len(), |next| next.sample);
             let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
             let here = set_down.iter().rfind(|first| **first <= anchor.sample).copied().unwrap_or(0);
             let seen = &samples[first_since(samples, anchor.travelled - spacing).max(here).min(until)..until];

@@ -148,6 +148,9 @@ impl Finder<'_> {
     /// Where the robot is now, if it is known of a place of its walk which one of the map that is.
     fn pose(&self, place: PlaceId, recognition: &Recognition) -> Option<Isometry2<f64>> {
         let Recognition::Known(known) = recognition else { return None };
+        if self.walk.may_be_carried() {
+            return None; // from the place to here only the wheels lead, which know nothing of that
+        }
         let anchor = self.walk.trajectory().anchors().iter().rfind(|anchor| anchor.place == place)?;
         let view_from_robot =
             anchor.place_from_robot * anchor.track_from_robot.inverse() * self.walk.track_from_robot();

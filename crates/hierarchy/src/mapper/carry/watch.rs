@@ -21,7 +21,7 @@ use crate::trajectory::Sample;
 /// A compass that turns at that moment while the wheels do not speaks for it. One odd scan, a person before the lens or a turn
 /// too fast to compare, does not: both sides must agree among themselves.
 ///
-/// Being carried along a corridor is not noticed: it looks as before.
+/// Being carried along a corridor is not noticed here, since it looks as before; see [`Hindsight`](crate::recognize::hindsight).
 #[derive(Debug, Default)]
 pub(in crate::mapper) struct CarryWatch {
     /// The last ten views, the oldest first.
@@ -89,8 +89,10 @@ const COUNTED: f64 = 1.5;
 const CORNERS: f64 = 0.07;
 /// The share that agrees where the robot was set down somewhere else in the same building: 2,000 pairs of spots.
 const CARRIED: Normal = Normal { mean: 0.15, deviation: 0.14 };
+/// The share of robots that are set down where it looks as before, as along a corridor.
+const ALIKE: f64 = 0.1;
 /// Logarithm of the odds that a robot was carried between two scans, before looking: once in a million.
-const RARE: f64 = -13.8;
+pub(crate) const RARE: f64 = -13.8;
 /// Logarithm of the odds from which it is in question, so that a place that comes now can wait for the next scans.
 const IN_QUESTION: f64 = RARE + 7.0;
 /// Views after a moment from which it can be in question.
@@ -112,6 +114,26 @@ impl CarryWatch {
     /// Looks at the next sample, whose heading a compass contradicts by so many radians; answers the number of the first sample
     /// after the robot was carried, if it was.
     pub(crate) fn see(&mut self, number: usize, sample: &Sample, contradicted: f64) -> Option<usize> {
+        let (first, log_odds) = self.weigh(number, sample, contradicted)?;
+        if log_odds < 0.0 {
+            return None;
+        }
+        self.views.clear(); // the track goes on in other axes
+        Some(first)
+    }
+
+    /// What numbered samples say of the moments between them: the first sample after each moment, with the logarithm of how
+    /// many times likelier they are if the robot was carried there, now and then to where it looks alike. Moments that say
+    /// nothing are left out.
+    pub(crate) fn ratios<'a>(samples: impl Iterator<Item = (usize, &'a Sample)>) -> Vec<(usize, f64)> {
+        let mut watch = Self::default();
+        let weighed = samples.filter_map(|(number, sample)| watch.weigh(number, sample, 0.0));
+        weighed.map(|(first, log_odds)| (first, ((log_odds - RARE).exp() + ALIKE).ln())).collect()
+    }
+
+    /// Takes in the next sample; answers the first one after the moment that now has enough views on either side, and the
+    /// logarithm of the odds that the robot was carried there.
+    fn weigh(&mut self, number: usize, sample: &Sample, contradicted: f64) -> Option<(usize, f64)> {
         let mut view = View::of(number, sample, contradicted);
         for (lag, earlier) in self.views.iter().rev().take(Self::SIDE).enumerate() {
             view.agrees[lag] = agreement(earlier, &view);
@@ -120,18 +142,21 @@ impl CarryWatch {
         if self.views.len() > 2 * Self::SIDE {
             self.views.pop_front();
         }
-        let first = self.views.get(Self::SIDE)?.sample;
-        if self.views.len() < 2 * Self::SIDE || self.log_odds(Self::SIDE)? < 0.0 {
-            return None;
-        }
-        self.views.clear(); // the track goes on in other axes
-        Some(first)
+        let first = self.views.get(Self::SIDE).filter(|_| self.views.len() == 2 * Self::SIDE)?.sample;
+        Some((first, self.log_odds(Self::SIDE)?))
     }
 
     /// Whether it may turn out that the robot was carried when the next scans have come.
     pub(crate) fn is_in_question(&self) -> bool {
         let moments = (FIRST_LOOK..Self::SIDE).filter_map(|after| self.views.len().checked_sub(after));
         moments.filter(|moment| *moment >= Self::SIDE).filter_map(|at| self.log_odds(at)).any(|odds| odds > IN_QUESTION)
+    }
+
+    /// Whether what was seen last looks rather as if the robot had been carried at one of these moments than as if it had not,
+    /// however rare that is.
+    pub(crate) fn is_in_doubt(&self) -> bool {
+        let moments = Self::SIDE.min(self.views.len())..self.views.len();
+        moments.filter_map(|at| self.log_odds(at)).any(|odds| odds > RARE)
     }
 
     /// Logarithm of the odds that the robot was carried just before view number `moment`; `None` where too little is
@@ -291,6 +316,18 @@ mod tests {
     #[test]
     fn other_surroundings_for_good_are() {
         assert_eq!(told(drive(|step| step >= 5)), [5]);
+    }
+
+    #[test]
+    fn looking_as_before_speaks_against_it_by_no_more_than_robots_are_set_down_so() {
+        let ratios = |is_other: fn(u8) -> bool| {
+            let samples: Vec<Sample> = drive(is_other).collect();
+            CarryWatch::ratios(samples.iter().enumerate())
+        };
+        let [(moment, ratio)] = ratios(|_| false)[..] else { panic!("five views on either side") };
+        assert_eq!(moment, 5);
+        assert!((ALIKE.ln()..0.0).contains(&ratio), "{ratio}");
+        assert!(ratios(|step| step >= 5)[0].1 > -RARE);
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub(super) struct Evidence {
 }
 
 /// How one measured displacement lies to a motion.
-struct Misfit {
+pub(super) struct Misfit {
     residual: Vector3<f64>,
     information: Matrix3<f64>,
     is_firm: bool,
@@ -120,7 +120,7 @@ impl Sighted {
     }
 
     /// What the comparison that speaks most for landing there says; `None` where no old place is near.
-    fn best_at(&self, lands: &Isometry2<f64>) -> Option<(f64, &Comparison, Option<Misfit>)> {
+    pub(super) fn best_at(&self, lands: &Isometry2<f64>) -> Option<(f64, &Comparison, Option<Misfit>)> {
         let mut best: Option<(f64, &Comparison, Option<Misfit>)> = None;
         for comparison in &self.comparisons {
             let apart = comparison.map_from_known.translation.vector - lands.translation.vector;

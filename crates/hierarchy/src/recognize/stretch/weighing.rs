@@ -14,7 +14,7 @@ use crate::recognize::reach::{Held, Reach};
 #[derive(Debug, Clone)]
 pub(crate) struct Hypothesis {
     /// Where a point of the stretch would come to lie.
-    motion: Isometry2<f64>,
+    pub(crate) motion: Isometry2<f64>,
     /// Logarithm of its probability against that of "never been here", which has 0.
     pub(crate) log_weight: f64,
     pub(crate) agreeing: Vec<Agreement>,
@@ -42,6 +42,8 @@ pub(crate) enum Doubt<'a> {
 
 /// Motions closer than this are the same, in metres and radians.
 const SAME: (f64, f64) = (0.8, 0.2);
+/// Steps of refinement from a motion that is only roughly known.
+const STEPS: usize = 3;
 /// Proposals so close to each other need no judgement of their own.
 const NEARLY_EQUAL: (f64, f64) = (0.1, 0.05);
 /// Logarithm of the probability that the robot was not carried where it seemed so, and how far it is then from where its
@@ -97,6 +99,21 @@ impl<'a> Weighing<'a> {
         let proposed: Vec<Hypothesis> = self.proposals().iter().filter_map(|motion| self.judge(motion)).collect();
         let refined = self.different(proposed).iter().filter_map(|rough| self.refined(rough)).collect();
         self.different(refined)
+    }
+
+    /// The best motion near a given one.
+    pub(crate) fn near(&self, motion: &Isometry2<f64>) -> Option<Hypothesis> {
+        let mut best = self.judge(motion)?;
+        for _ in 0..STEPS {
+            best = self.refined(&best)?;
+        }
+        Some(best)
+    }
+
+    /// What each view says of a motion, in their order; 0 where it would land on no old place.
+    pub(crate) fn said(&self, motion: &Isometry2<f64>) -> Vec<f64> {
+        let says = |view: &Sighted| view.best_at(&(motion * view.map_from_place)).map_or(0.0, |(says, ..)| says);
+        self.views.iter().map(says).collect()
     }
 
     /// The likeliest first, without those that are close to a likelier one.
