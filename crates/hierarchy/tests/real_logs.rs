@@ -63,6 +63,14 @@ fn a_garden_is_mapped_by_gyro_and_two_sonars() {
 }
 
 #[test]
+fn a_robot_without_odometry_is_neither_carried_nor_at_rest() {
+    let Some(folder) = shared("sonar/roombot3") else { return };
+    let mapper = map(&entries(&[folder.join("roombot_v2.csv")], Some("roombot3")), Config::default());
+    assert_eq!(mapper.metrics().unwrap().links.carried, 0);
+    assert_eq!(mapper.heading_source(), "compass");
+}
+
+#[test]
 fn every_garden_has_its_true_size_whatever_its_gyro_does() {
     let Some(folder) = shared("sonar/bigwheel") else { return };
     // The gyro of the first log turns by 5.6° a second while the robot stands still; the last log is of a small round. By

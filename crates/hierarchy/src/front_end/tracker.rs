@@ -281,7 +281,9 @@ impl Tracker {
             return None;
         }
         let elapsed = stamp - *self.first_heading.get_or_insert(stamp);
-        if let (HeadingMode::Auto, Some(drift), true) = (self.source, self.rest.drift(), self.seen_compass) {
+        let may_rest = self.last_odometry.is_some(); // without odometry it may turn all the time
+        let drift = self.rest.drift().filter(|_| may_rest && self.seen_compass);
+        if let (HeadingMode::Auto, Some(drift)) = (self.source, drift) {
             let held = innovation_of(heading, self.compass_offset + drift.0 * elapsed, &self.track_from_robot);
             self.turn_in_place(held);
             self.gyro = Some(Gyro::drifting(drift, elapsed));

@@ -44,10 +44,12 @@ impl Mapper {
         }
     }
 
-    /// Of several sensors the one that holds the pose shows it; a robot without eyes sees nothing.
+    /// Of several sensors the one that holds the pose shows it; a robot without eyes sees nothing, and one without odometry
+    /// may always have moved.
     fn would_show_carrying(&self, sample: &Sample) -> bool {
         let is_precise = sample.scan.sensor().kind() == SensorKind::Laser;
-        !self.eyes.are_shut() && (is_precise || !self.front_end.is_held_by_scans())
+        let has_odometry = self.front_end.tracker.last_odometry().is_some();
+        has_odometry && !self.eyes.are_shut() && (is_precise || !self.front_end.is_held_by_scans())
     }
 
     /// The robot was carried just before sample `first`.
