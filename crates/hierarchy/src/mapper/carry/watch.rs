@@ -331,6 +331,19 @@ mod tests {
     }
 
     #[test]
+    fn one_view_of_other_surroundings_is_enough_for_doubt() {
+        let doubts = |is_other: fn(u8) -> bool| {
+            let mut watch = CarryWatch::default();
+            let see = |(number, sample): (usize, Sample)| {
+                watch.see(number, &sample, 0.0).map_or(watch.is_in_doubt(), |_| true)
+            };
+            drive(is_other).take(7).enumerate().map(see).collect::<Vec<bool>>()
+        };
+        assert_eq!(doubts(|_| false), [false; 7]);
+        assert_eq!(doubts(|step| step >= 5), [false, false, false, false, false, true, true]);
+    }
+
+    #[test]
     fn one_odd_scan_is_not() {
         assert!(told(drive(|step| step == 5)).is_empty());
     }
