@@ -48,6 +48,8 @@ pub struct Relaxation {
 const WHOLE: usize = 512;
 /// So many places are let go first; four times as many when they were not enough.
 const FIRST_PART: usize = 64;
+/// Closures that moved a place farther than this, in metres, are judged with the whole map.
+const FAR: f64 = 0.5;
 /// Headings in radians that differ by less are the same.
 const SAME_HEADING: f64 = 1e-6;
 
@@ -217,7 +219,9 @@ impl Coordinates {
     /// The recognised links around some others that truncated least squares leaves out, with how far each is from its
     /// measurement, squared and normalised: `bound` is the most that one may have without being suspected.
     ///
-    /// What lies beyond the reach of letting them go is held, however large the map; small maps are judged as a whole.
+    /// What lies beyond the reach of letting them go is held, however large the map, unless they have just moved places as far
+    /// as `shift` metres: then what is around them has given way already, and may outvote the truth. Small maps are judged as a
+    /// whole, too.
     ///
     /// # Errors
     ///
@@ -226,10 +230,10 @@ impl Coordinates {
         &mut self,
         map: &TopoMap<S>,
         around: &[LinkId],
-        bound: f64,
+        (bound, shift): (f64, f64),
     ) -> Result<Vec<(LinkId, f64)>, RelaxationError> {
         let mut count = FIRST_PART;
-        while self.held.is_empty() && WHOLE.max(2 * count) <= map.places().len() {
+        while shift < FAR && self.held.is_empty() && WHOLE.max(2 * count) <= map.places().len() {
             let part = Part::around(map, around, count);
             self.links_relaxed += part.len();
             let pose = |place| self.map_from_place(place);
@@ -441,7 +445,7 @@ mod tests {
                 let link = map.recognize(place, PlaceId(beside), between(number, beside, error)).unwrap();
                 let (_, misfits) = coordinates.relax_around(&map, &[link]).unwrap();
                 if misfits.iter().any(|(_, chi2)| *chi2 > 16.27) {
-                    for (link, _) in coordinates.outvoted(&map, &[link], 16.27).unwrap() {
+                    for (link, _) in coordinates.outvoted(&map, &[link], (16.27, 0.0)).unwrap() {
                         map.set_link_state(link, topo_map::LinkState::Rejected).unwrap();
                         coordinates.relax_around(&map, &[link]).unwrap();
                         rejected += 1;

@@ -371,7 +371,7 @@ impl Mapper {
         if !closed.is_empty() && self.config.relaxation.policy == RelaxationPolicy::Converge {
             let (relaxation, misfits) = self.coordinates.relax_around(&self.map, &closed)?;
             events.push(relaxed(relaxation));
-            events.extend(self.revoke(&misfits)?);
+            events.extend(self.revoke(&misfits, relaxation.max_shift)?);
         }
         Ok(events)
     }
@@ -419,13 +419,14 @@ impl Mapper {
         let residuals = self.coordinates.problem(&self.map)?.residuals(&self.coordinates.padded(&self.map));
         let measured = self.map.links().iter().filter(|link| link.is_measured()).map(|link| link.id);
         let misfits: Vec<(LinkId, f64)> = measured.zip(residuals).collect();
-        events.extend(self.revoke(&misfits)?);
+        events.extend(self.revoke(&misfits, f64::INFINITY)?);
         Ok(events)
     }
 
     /// Takes back closures that the relaxed map contradicts: those outvoted by the rest, by truncated least squares.
-    /// It is only asked where a closure is under suspicion by its misfit, and only of what lies around.
-    fn revoke(&mut self, misfits: &[(LinkId, f64)]) -> Result<Vec<Event>, MapperError> {
+    /// It is only asked where a closure is under suspicion by its misfit, and only of what lies around unless the map gave way by
+    /// far (`shift` metres).
+    fn revoke(&mut self, misfits: &[(LinkId, f64)], shift: f64) -> Result<Vec<Event>, MapperError> {
         let recognized = |id| self.map.link(id).is_some_and(|link| link.origin == LinkOrigin::Recognized);
         let bound = self.suspicious();
         let suspected = misfits.iter().filter(|(id, chi2)| *chi2 > bound && recognized(*id));
@@ -433,7 +434,7 @@ impl Mapper {
         if suspected.is_empty() {
             return Ok(Vec::new());
         }
-        let rejected = self.coordinates.outvoted(&self.map, &suspected, bound)?;
+        let rejected = self.coordinates.outvoted(&self.map, &suspected, (bound, shift))?;
         let mut events = self.reject(&rejected)?;
         if !events.is_empty() {
             let rejected: Vec<LinkId> = rejected.into_iter().map(|(id, _)| id).collect();
