@@ -1,10 +1,13 @@
-use nalgebra::{Isometry2, Matrix2, Matrix3, Rotation2, Vector2, Vector3};
-use robot_log::local_grid::{Heading, Match};
+mod heading;
+mod kept;
+mod travel;
+
+use nalgebra::{Isometry2, Matrix3, Vector2};
+use robot_log::local_grid::Match;
 
 use crate::config::{Config, HeadingMode};
-use crate::front_end::gyro::{Gyro, GyroBesideWheels, GyroDrift, HeadingDrift, RestWatch};
-use crate::session::SessionError;
-use crate::session::records::{StoredTracker, isometry, pose};
+use crate::front_end::gyro::{Gyro, GyroDrift, RestWatch};
+pub use travel::Travel;
 
 /// Dead reckoning with whatever knows the heading best: the robot's pose in the `track` frame, which is locally
 /// right and drifts, with the uncertainty gathered since the last place.
@@ -35,33 +38,6 @@ pub struct Tracker {
     /// How a gyro that has not spoken yet will drift.
     expected_drift: Option<GyroDrift>,
     first_heading: Option<f64>,
-}
-
-/// What was driven between two moments, with the uncertainty that it gathered.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Travel {
-    /// Summed length of the steps, in metres.
-    pub path: f64,
-    /// Variance of the distance driven, in m², along the robot's heading.
-    pub distance_variance: f64,
-    /// Covariance of the displacement in the track frame, in m², the heading at the start taken as right.
-    pub position: Matrix2<f64>,
-    /// Variance of the turn, in rad².
-    pub turn_variance: f64,
-    /// Covariance of the displacement with the heading at its end, in m·rad.
-    pub with_heading: Vector2<f64>,
-}
-
-impl Default for Travel {
-    fn default() -> Self {
-        Self {
-            path: 0.0,
-            distance_variance: 0.0,
-            position: Matrix2::zeros(),
-            turn_variance: 0.0,
-            with_heading: Vector2::zeros(),
-        }
-    }
 }
 
 /// Noise rates in SI units.
@@ -104,72 +80,6 @@ impl Tracker {
             expected_drift: None,
             first_heading: None,
         }
-    }
-
-    pub(crate) fn heading_drift(&self) -> HeadingDrift {
-        HeadingDrift {
-            rest: self.rest.clone(),
-            gyro: self.gyro.as_ref().map(Gyro::stored),
-            first_heading: self.first_heading,
-        }
-    }
-
-    /// Says how the gyro, which has not spoken yet, will drift at first.
-    pub(crate) fn expect_drift(&mut self, drift: GyroDrift) {
-        self.expected_drift = Some(drift);
-    }
-
-    /// What the gyro knows of the wheels beside it.
-    pub(crate) fn gyro_beside_wheels(&self) -> Option<GyroBesideWheels> {
-        self.gyro.as_ref().map(Gyro::beside_wheels)
-    }
-
-    /// The same tracker, whose gyro knows the wheels beside it.
-    pub(crate) fn with_gyro_beside_wheels(self, known: GyroBesideWheels) -> Self {
-        Self { gyro: self.gyro.map(|gyro| gyro.knowing_wheels(known)), ..self }
-    }
-
-    pub(crate) fn with_heading_drift(self, drift: HeadingDrift) -> Self {
-        let HeadingDrift { rest, gyro, first_heading } = drift;
-        Self { rest, gyro: gyro.map(Gyro::restored), first_heading, ..self }
-    }
-
-    pub(crate) fn state(&self) -> StoredTracker {
-        let Travel { path, distance_variance, position: p, turn_variance, .. } = self.since_place;
-        StoredTracker {
-            last_odometry: self.last_odometry.as_ref().map(pose),
-            track_from_robot: pose(&self.track_from_robot),
-            heading_variance: self.heading_variance,
-            since_compass: self.since_compass,
-            seen_compass: self.seen_compass,
-            compass_offset: self.compass_offset,
-            tied: self.tied,
-            travelled: self.travelled,
-            since_place: [path, distance_variance, p[(0, 0)], p[(0, 1)], p[(1, 1)], turn_variance],
-        }
-    }
-
-    pub(crate) fn restored(config: &Config, state: &StoredTracker) -> Result<Self, SessionError> {
-        let [path, distance_variance, xx, xy, yy, turn_variance] = state.since_place;
-        let position = Matrix2::new(xx, xy, xy, yy);
-        Ok(Self {
-            last_odometry: state.last_odometry.as_ref().map(isometry).transpose()?,
-            track_from_robot: isometry(&state.track_from_robot)?,
-            heading_variance: state.heading_variance,
-            since_compass: state.since_compass,
-            seen_compass: state.seen_compass,
-            compass_offset: state.compass_offset,
-            tied: state.tied,
-            travelled: state.travelled,
-            since_place: Travel { path, distance_variance, position, turn_variance, with_heading: Vector2::zeros() },
-            ..Self::new(config)
-        })
-    }
-
-    /// The same tracker, knowing how what was driven since the last place goes with the heading.
-    pub(crate) fn with_travel_along_heading(mut self, covariance: Vector2<f64>) -> Self {
-        self.since_place.with_heading = covariance;
-        self
     }
 
     /// Where the odometry last said that the robot is.
@@ -263,63 +173,6 @@ impl Tracker {
         self.track_from_robot *= step;
     }
 
-    /// Takes a compass reading into account; returns the turn of the whole frame when it is the first one.
-    ///
-    /// Once places hold the frame, the first reading no longer turns it but is remembered as the compass' offset.
-    ///
-    /// A compass indoors is disturbed by a field that stays the same over some distance: readings closer together
-    /// than that are not independent, so that each counts only for the path driven since the last.
-    ///
-    /// What goes on turning while the robot stands still is no compass but a gyro, and tells turns from then on.
-    pub fn observe_heading(&mut self, stamp: f64, heading: Heading, deviation: f64) -> Option<Isometry2<f64>> {
-        if matches!(self.source, HeadingMode::Structure | HeadingMode::Odometry) {
-            return None;
-        }
-        let passed = self.rest.read(stamp, heading.radians());
-        if self.gyro.is_some() {
-            self.turn_by_gyro(passed.unwrap_or(0.0), heading);
-            return None;
-        }
-        let elapsed = stamp - *self.first_heading.get_or_insert(stamp);
-        let may_rest = self.last_odometry.is_some(); // without odometry it may turn all the time
-        let drift = self.rest.drift().filter(|_| may_rest && self.seen_compass);
-        if let (HeadingMode::Auto, Some(drift)) = (self.source, drift) {
-            let held = innovation_of(heading, self.compass_offset + drift.0 * elapsed, &self.track_from_robot);
-            self.turn_in_place(held);
-            self.gyro = Some(Gyro::drifting(drift, elapsed));
-            self.seen_compass = false;
-            return None;
-        }
-        let innovation = innovation_of(heading, self.compass_offset, &self.track_from_robot);
-        let variance = deviation.powi(2) + self.noise.compass_disturbance;
-        if !self.seen_compass {
-            self.seen_compass = true;
-            self.heading_variance = variance;
-            self.since_compass = 0.0;
-            if self.tied {
-                self.compass_offset = innovation;
-                return None;
-            }
-            let turn = Isometry2::rotation(innovation);
-            self.track_from_robot = turn * self.track_from_robot;
-            return Some(turn);
-        }
-        self.contradicted = innovation;
-        let novelty = (self.since_compass / self.noise.compass_correlation).min(1.0);
-        if novelty <= 0.0 {
-            return None;
-        }
-        let gain = self.heading_variance / (self.heading_variance + variance / novelty);
-        self.since_compass = 0.0;
-        self.turn_by(innovation * gain, gain);
-        None
-    }
-
-    /// By how much the last reading of a compass exceeded the heading, in radians; 0 without one.
-    pub(crate) fn contradicted(&self) -> f64 {
-        if self.seen_compass { self.contradicted } else { 0.0 }
-    }
-
     /// The robot was carried: a compass alone knows how it is turned now.
     pub(crate) fn set_down(&mut self) {
         let turn = self.contradicted();
@@ -330,67 +183,6 @@ impl Tracker {
             self.since_compass = 0.0;
         }
         self.depart();
-    }
-
-    /// Takes into account what a gyro has added up; the turn of the frame, where `--heading compass` takes it for one.
-    pub fn observe_gyro(&mut self, stamp: f64, heading: Heading, deviation: f64) -> Option<Isometry2<f64>> {
-        match self.source {
-            HeadingMode::Structure | HeadingMode::Odometry => return None,
-            HeadingMode::Compass => return self.observe_heading(stamp, heading, deviation),
-            HeadingMode::Auto => {}
-        }
-        let passed = self.rest.read(stamp, heading.radians());
-        if self.gyro.is_none() {
-            let gyro = Gyro::new(deviation);
-            self.gyro = Some(self.expected_drift.map_or(gyro.clone(), |drift| gyro.expecting(drift)));
-            self.compass_offset = innovation_of(heading, 0.0, &self.track_from_robot);
-        }
-        self.turn_by_gyro(passed.unwrap_or(0.0), heading);
-        None
-    }
-
-    fn turn_by_gyro(&mut self, seconds: f64, reading: Heading) {
-        let Some(gyro) = &mut self.gyro else { return };
-        let believed = self.track_from_robot.rotation.angle() + self.compass_offset;
-        let correction = gyro.read(seconds, reading.radians(), believed);
-        let turn_variance = gyro.turn_variance();
-        self.since_place.know_turn_to(turn_variance);
-        self.turn_in_place(correction);
-    }
-
-    /// Turns the robot by what walls say, which leaves its heading uncertain by `variance` against their direction.
-    pub(crate) fn turn_by_walls(&mut self, turn: f64, variance: f64) {
-        let gain = (1.0 - variance / self.heading_variance.max(f64::MIN_POSITIVE)).max(0.0);
-        self.turn_by(turn, gain);
-        // The place was left with a heading of its own, about as uncertain.
-        self.since_place.turn_variance = self.since_place.turn_variance.min(2.0 * variance);
-    }
-
-    /// A Kalman filter's step: turns the robot by what was learnt of its heading, and puts it where that heading would have
-    /// led it from the last place. The heading's variance falls by a share `gain`.
-    fn turn_by(&mut self, turn: f64, gain: f64) {
-        let travel = &mut self.since_place;
-        // Without a compass the displacement goes with the turn since the place, which walls may leave less sure.
-        let variance =
-            if self.seen_compass { self.heading_variance } else { self.heading_variance.max(travel.turn_variance) };
-        if variance > 0.0 {
-            let shift = travel.with_heading / variance;
-            self.track_from_robot.translation.vector += shift * turn;
-            travel.position -= shift * shift.transpose() * (gain * variance);
-            travel.with_heading *= 1.0 - gain;
-        }
-        self.heading_variance *= 1.0 - gain;
-        self.turn_in_place(turn);
-    }
-
-    /// The variance of a compass' disturbance, rad², and over how many metres it is the same.
-    pub(crate) fn compass_disturbance(&self) -> (f64, f64) {
-        (self.noise.compass_disturbance, self.noise.compass_correlation)
-    }
-
-    /// What the compass reads more than the track frame's heading.
-    pub(crate) fn compass_offset(&self) -> f64 {
-        self.compass_offset
     }
 
     /// Turns the robot, and nothing before.
@@ -420,40 +212,10 @@ impl Tracker {
     }
 }
 
-/// By how much a reading that is `offset` too large exceeds the heading that the pose has, in `(−π, π]`.
-fn innovation_of(reading: Heading, offset: f64, track_from_robot: &Isometry2<f64>) -> f64 {
-    reading + -offset - Heading::from_radians(track_from_robot.rotation.angle())
-}
-
-impl Travel {
-    /// The covariance of (x, y, heading) in the track frame.
-    #[must_use]
-    pub fn covariance(&self) -> Matrix3<f64> {
-        let mut covariance = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, self.turn_variance));
-        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.position);
-        covariance.fixed_view_mut::<2, 1>(0, 2).copy_from(&self.with_heading);
-        covariance.fixed_view_mut::<1, 2>(2, 0).copy_from(&self.with_heading.transpose());
-        covariance
-    }
-
-    /// The turn is known better, by something that says nothing of the displacement.
-    fn know_turn_to(&mut self, variance: f64) {
-        if variance < self.turn_variance {
-            self.with_heading *= variance / self.turn_variance;
-            self.turn_variance = variance;
-        }
-    }
-
-    /// The covariance of the displacement in a frame turned by `−heading`, with a floor of `floor` metres.
-    #[must_use]
-    pub fn position_in(&self, heading: f64, floor: f64) -> Matrix2<f64> {
-        let turn = Rotation2::new(-heading);
-        turn * self.position * turn.transpose() + Matrix2::identity() * floor.powi(2)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use robot_log::local_grid::Heading;
+
     use super::*;
 
     fn drive(tracker: &mut Tracker, meters: i32) {
