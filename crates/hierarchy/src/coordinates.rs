@@ -48,8 +48,6 @@ pub struct Relaxation {
 const WHOLE: usize = 512;
 /// So many places are let go first; four times as many when they were not enough.
 const FIRST_PART: usize = 64;
-/// Closures that moved a place farther than this, in metres, are judged with the whole map.
-const FAR: f64 = 0.5;
 /// Headings in radians that differ by less are the same.
 const SAME_HEADING: f64 = 1e-6;
 
@@ -216,34 +214,47 @@ impl Coordinates {
         Ok((relaxation, measured.zip(residuals).collect()))
     }
 
-    /// The recognised links around some others that truncated least squares leaves out, with how far each is from its
-    /// measurement, squared and normalised: `bound` is the most that one may have without being suspected.
+    /// The recognised links that truncated least squares leaves out, with how far each is from its measurement, squared and
+    /// normalised: `bound` is the most that one may have without being suspected.
     ///
-    /// What lies beyond the reach of letting them go is held, however large the map, unless they have just moved places as far
-    /// as `shift` metres: then what is around them has given way already, and may outvote the truth. Small maps are judged as a
-    /// whole, too.
+    /// What is suspected is judged with as much of the map as letting go of closures moves, the rest held, however large the map
+    /// is. That is final where nothing falls but what was `just_made`. Links on which the map rests are taken back by the
+    /// whole map alone: false ones may have bent what is around them, and would outvote the truth there.
     ///
     /// # Errors
     ///
     /// As [`Coordinates::problem`].
-    pub(crate) fn outvoted<S>(
+    pub(crate) fn outvoted_around<S>(
         &mut self,
         map: &TopoMap<S>,
-        around: &[LinkId],
-        (bound, shift): (f64, f64),
+        suspected: &[LinkId],
+        just_made: &[LinkId],
+        bound: f64,
     ) -> Result<Vec<(LinkId, f64)>, RelaxationError> {
         let mut count = FIRST_PART;
-        while shift < FAR && self.held.is_empty() && WHOLE.max(2 * count) <= map.places().len() {
-            let part = Part::around(map, around, count);
+        while self.held.is_empty() && WHOLE.max(2 * count) <= map.places().len() {
+            let part = Part::around(map, suspected, count);
             self.links_relaxed += part.len();
             let pose = |place| self.map_from_place(place);
             let outvoted = part.outvoted(pose, bound)?;
+            if !outvoted.links.iter().all(|id| just_made.contains(id)) {
+                break;
+            }
             if outvoted.is_enough {
                 let links = outvoted.links.iter().filter_map(|id| map.link(*id));
                 return Ok(links.map(|link| (link.id, part::chi2(link, pose))).collect());
             }
             count *= 4;
         }
+        self.outvoted(map, bound)
+    }
+
+    /// The same, judged by the whole map.
+    ///
+    /// # Errors
+    ///
+    /// As [`Coordinates::problem`].
+    pub(crate) fn outvoted<S>(&mut self, map: &TopoMap<S>, bound: f64) -> Result<Vec<(LinkId, f64)>, RelaxationError> {
         let problem = self.problem(map)?;
         let measured: Vec<&Link> = map.links().iter().filter(|link| link.is_measured()).collect();
         self.links_relaxed += measured.len();
@@ -445,7 +456,7 @@ mod tests {
                 let link = map.recognize(place, PlaceId(beside), between(number, beside, error)).unwrap();
                 let (_, misfits) = coordinates.relax_around(&map, &[link]).unwrap();
                 if misfits.iter().any(|(_, chi2)| *chi2 > 16.27) {
-                    for (link, _) in coordinates.outvoted(&map, &[link], (16.27, 0.0)).unwrap() {
+                    for (link, _) in coordinates.outvoted_around(&map, &[link], &[link], 16.27).unwrap() {
                         map.set_link_state(link, topo_map::LinkState::Rejected).unwrap();
                         coordinates.relax_around(&map, &[link]).unwrap();
                         rejected += 1;

@@ -1,5 +1,6 @@
 mod beside;
 mod carry;
+mod closing;
 pub(crate) mod growth;
 mod led;
 mod restored;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 use nalgebra::Isometry2;
 use robot_log::local_grid::{FrameError, Signature};
 use robot_log::{Entry, EntryKind};
-use topo_map::{Displacement, LinkId, LinkOrigin, PlaceId, TopoMap, Turn};
+use topo_map::{Displacement, PlaceId, TopoMap, Turn};
 
 use crate::config::{Config, ConfigError, HeadingMode, RelaxationPolicy};
 use crate::coordinates::directions::held_headings;
@@ -27,8 +28,7 @@ use crate::mapper::tally::Tally;
 use crate::query::floor_plan::FloorPlan;
 use crate::recognize::proposals::Proposals;
 use crate::recognize::sight::Sight;
-use crate::recognize::verify::{self, Verification};
-use crate::recognize::{Closure, Recognizer, Sensing, Verdict};
+use crate::recognize::{Closure, Recognizer, Sensing};
 use crate::trajectory::{Anchor, Sample, Trajectory};
 use carry::CarryWatch;
 pub(crate) use restored::{Memory, Restored};
@@ -359,92 +359,6 @@ impl Mapper {
         Ok(events)
     }
 
-    /// Turns what the recognizer decided into links, if the laser bears it out; relaxes if a loop was closed, and takes
-    /// back what the relaxed map contradicts.
-    fn close(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
-        let mut events = self.link(self.verified(closures))?;
-        let closed = |event: &Event| match event {
-            Event::PlaceRecognized { link, .. } => Some(*link),
-            _ => None,
-        };
-        let closed: Vec<LinkId> = events.iter().filter_map(closed).collect();
-        if !closed.is_empty() && self.config.relaxation.policy == RelaxationPolicy::Converge {
-            let (relaxation, misfits) = self.coordinates.relax_around(&self.map, &closed)?;
-            events.push(relaxed(relaxation));
-            events.extend(self.revoke(&misfits, relaxation.max_shift)?);
-        }
-        Ok(events)
-    }
-
-    /// Turns the closures that are believed into links.
-    fn link(&mut self, closures: Vec<Closure>) -> Result<Vec<Event>, MapperError> {
-        let mut events = Vec::new();
-        for closure in closures {
-            if closure.is_accepted() {
-                self.bring_together(&closure);
-                let link = self.map.recognize(closure.place, closure.known, closure.displacement)?;
-                self.recognizer.tell_joined(&self.map, closure.place, closure.known);
-                events.push(Event::PlaceRecognized { place: closure.place, known: closure.known, link });
-            } else {
-                events.push(Event::RecognitionRefused { closure });
-            }
-            self.closures.push(closure);
-        }
-        Ok(events)
-    }
-
-    /// Closures that the laser bears out, with what it measures; and the rest, refused.
-    ///
-    /// Where too few of a group are left to agree, the others go with them.
-    fn verified(&self, mut closures: Vec<Closure>) -> Vec<Closure> {
-        for closure in closures.iter_mut().filter(|closure| closure.is_accepted()) {
-            let at = |place| self.coordinates.map_from_place(place);
-            match verify::by_walls(&self.trajectory, closure, &at(closure.place).inv_mul(&at(closure.known))) {
-                Verification::Borne(displacement) => closure.displacement = displacement,
-                Verification::Silent => {}
-                Verification::Refuted(score) => closure.verdict = Verdict::WallsDiffer { score },
-            }
-        }
-        closures
-    }
-
-    /// The squared normalised residual from which a closure is under suspicion.
-    fn suspicious(&self) -> f64 {
-        SUSPICIOUS[usize::from(!self.front_end.tracker.has_compass())]
-    }
-
-    /// Brings all coordinates to their optimum, and takes back closures that the relaxed map contradicts.
-    fn settle_all(&mut self) -> Result<Vec<Event>, MapperError> {
-        let mut events = vec![relaxed(self.coordinates.relax(&self.map)?)];
-        let residuals = self.coordinates.problem(&self.map)?.residuals(&self.coordinates.padded(&self.map));
-        let measured = self.map.links().iter().filter(|link| link.is_measured()).map(|link| link.id);
-        let misfits: Vec<(LinkId, f64)> = measured.zip(residuals).collect();
-        events.extend(self.revoke(&misfits, f64::INFINITY)?);
-        Ok(events)
-    }
-
-    /// Takes back closures that the relaxed map contradicts: those outvoted by the rest, by truncated least squares.
-    /// It is only asked where a closure is under suspicion by its misfit, and only of what lies around unless the map gave way by
-    /// far (`shift` metres).
-    fn revoke(&mut self, misfits: &[(LinkId, f64)], shift: f64) -> Result<Vec<Event>, MapperError> {
-        let recognized = |id| self.map.link(id).is_some_and(|link| link.origin == LinkOrigin::Recognized);
-        let bound = self.suspicious();
-        let suspected = misfits.iter().filter(|(id, chi2)| *chi2 > bound && recognized(*id));
-        let suspected: Vec<LinkId> = suspected.map(|(id, _)| *id).collect();
-        if suspected.is_empty() {
-            return Ok(Vec::new());
-        }
-        let rejected = self.coordinates.outvoted(&self.map, &suspected, (bound, shift))?;
-        let mut events = self.reject(&rejected)?;
-        if !events.is_empty() {
-            let rejected: Vec<LinkId> = rejected.into_iter().map(|(id, _)| id).collect();
-            self.recognizer.tell_taken_back(&self.map, &rejected);
-            let (relaxation, _) = self.coordinates.relax_around(&self.map, &rejected)?;
-            events.push(relaxed(relaxation));
-        }
-        Ok(events)
-    }
-
     /// The robot at the centre of a place whose axes are those of the track frame.
     fn turned_like_track(&self) -> Isometry2<f64> {
         Isometry2::from_parts(nalgebra::Translation2::identity(), self.track_from_robot().rotation)
@@ -453,9 +367,6 @@ impl Mapper {
 
 /// Rounds in which the building's direction and the map settle on each other.
 const HOLDS: usize = 30;
-/// Squared normalised residual from which a closure is under suspicion: 99.9 % of χ² with two degrees of freedom, and with
-/// three where no compass holds the turns.
-const SUSPICIOUS: [f64; 2] = [13.82, 16.27];
 /// The least standard deviation of a link, in metres: no two visits to a place see exactly the same.
 const POSITION_FLOOR: f64 = 0.02;
 /// The least variance of a turn between places, in rad²: (0.3°)².

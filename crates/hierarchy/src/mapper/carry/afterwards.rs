@@ -3,14 +3,13 @@
 use std::ops::Range;
 
 use nalgebra::Isometry2;
-use topo_map::{Link, LinkId, LinkOrigin, LinkState, PlaceId};
+use topo_map::{Link, LinkId, LinkOrigin, PlaceId};
 
 use super::watch::RARE;
 use super::{CarryWatch, Mapper, MapperError};
 use crate::event::{CarriedBy, Event};
 use crate::mapper::first_since;
 use crate::recognize::hindsight::Found;
-use crate::recognize::{Closure, Verdict};
 use crate::trajectory::{Anchor, Trajectory};
 
 /// Of the closures that tell where the robot was set down, this share must be borne out by scans.
@@ -107,21 +106,6 @@ impl Mapper {
         let track_from_place = anchor.track_from_robot * anchor.place_from_robot.inverse();
         let grid = self.sight.grid(&track_from_place, &self.trajectory.samples()[seen])?;
         Ok(self.map.describe(anchor.place, self.sight.cut(&grid))?)
-    }
-
-    /// Takes back closures, each with its misfit.
-    pub(in crate::mapper) fn reject(&mut self, rejected: &[(LinkId, f64)]) -> Result<Vec<Event>, MapperError> {
-        let mut events = Vec::new();
-        for (id, chi2) in rejected {
-            self.map.set_link_state(*id, LinkState::Rejected)?;
-            let Some(&Link { from, to, .. }) = self.map.link(*id) else { continue };
-            let is_it = |closure: &&mut Closure| closure.is_accepted() && (closure.place, closure.known) == (from, to);
-            if let Some(closure) = self.closures.iter_mut().rev().find(is_it) {
-                closure.verdict = Verdict::Contradicted { chi2: *chi2 };
-                events.push(Event::RecognitionRefused { closure: *closure });
-            }
-        }
-        Ok(events)
     }
 }
 
