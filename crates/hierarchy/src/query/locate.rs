@@ -44,7 +44,7 @@ pub struct Whereabouts {
     pub driven: f64,
     /// What the filter says of the place.
     pub recognition: Recognition,
-    /// The robot in the map, where the filter is sure.
+    /// The robot in the map, where the filter is sure and the last scans do not look as if it had been carried since.
     pub map_from_robot: Option<Isometry2<f64>>,
 }
 

@@ -28,7 +28,7 @@ impl Known {
         for view in seen {
             let step = view.driven - known.driven;
             known.driven = view.driven;
-            if let Recognition::Known(best) = view.recognition {
+            if let (Recognition::Known(best), Some(_)) = (view.recognition, view.map_from_robot) {
                 known.places += 1;
                 known.metres += step;
                 known.first.get_or_insert(view.driven);
@@ -107,6 +107,6 @@ fn told(view: &Whereabouts) -> String {
         ),
         (Recognition::New { probability }, _) => format!("outside of the map (probability {probability:.2})"),
         (Recognition::Unsure { reason, .. }, _) => format!("unsure: {reason}"),
-        (Recognition::Known(best), None) => best.place.to_string(),
+        (Recognition::Known(best), None) => format!("unsure: left {}, but may have been carried since", best.place),
     }
 }

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 /// One word for what is known, and the likeliest place.
 fn state(seen: &Whereabouts) -> (&'static str, Option<Hypothesis>) {
     match seen.recognition {
-        Recognition::Known(best) => ("known", Some(best)),
+        Recognition::Known(best) if seen.map_from_robot.is_some() => ("known", Some(best)),
+        Recognition::Known(best) => ("unsure", Some(best)),
         Recognition::New { .. } => ("uncharted", None),
         Recognition::Unsure { best, .. } => ("unsure", best),
     }
